@@ -1,0 +1,61 @@
+"""Conditions and ground actions: the vocabulary that trees, templates and worlds share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+__all__ = ["ActionCall", "Condition", "Facts", "holds", "show"]
+
+
+def show(name: str, args: tuple[str, ...]) -> str:
+    """``name(a, b)``, or the bare name where there are no arguments."""
+    return f"{name}({', '.join(args)})" if args else name
+
+
+@dataclass(frozen=True, order=True, slots=True)
+class Condition:
+    """A ground literal, as `On(object_1, position_12)`; `negated` stands for its complement.
+
+    Argument order is that of the condition's declaration in the action template library.
+    """
+
+    name: str
+    args: tuple[str, ...] = ()
+    negated: bool = False
+
+    def __str__(self) -> str:
+        return ("not " if self.negated else "") + show(self.name, self.args)
+
+    def __invert__(self) -> Condition:
+        return replace(self, negated=not self.negated)
+
+    @property
+    def fact(self) -> Condition:
+        """The positive literal."""
+        return self if not self.negated else replace(self, negated=False)
+
+
+Facts = frozenset[Condition]
+"""A state: the positive literals that hold. What is not in it does not hold (closed world)."""
+
+
+def holds(condition: Condition, facts: Facts) -> bool:
+    """Whether a literal holds in a state."""
+    return (condition.fact in facts) != condition.negated
+
+
+@dataclass(frozen=True, order=True, slots=True)
+class ActionCall:
+    """A ground action: a template's name and its arguments in the order of its parameters."""
+
+    name: str
+    args: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return show(self.name, self.args)
+
+
+def all_hold(conditions: Iterable[Condition], facts: Facts) -> bool:
+    """Whether every literal holds in a state."""
+    return all(holds(c, facts) for c in conditions)

@@ -1,0 +1,147 @@
+"""Reading and writing XML safely: every complaint has a file and a line; hostile documents are refused.
+
+Before lxml is asked to build anything, size, nesting depth and DOCTYPE are checked on an event stream, so that
+external entities, entity bombs and very deep documents end as diagnostics.
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib.resources
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+
+from lxml import etree
+
+from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
+
+__all__ = ["MAX_BYTES", "MAX_DEPTH", "parse_xml", "read_bytes", "schema_of"]
+
+MAX_BYTES = 64 * 1024 * 1024
+MAX_DEPTH = 10_000
+Element = etree._Element
+
+
+def read_bytes(path: Path, what: str) -> bytes:
+    """The bytes of a file; a missing, unreadable or oversized one is a diagnostic (E001, E002)."""
+    try:
+        size = path.stat().st_size
+        if path.is_dir():
+            raise IsADirectoryError(f"{path} is a folder")
+        if size > MAX_BYTES:
+            raise LlmbtError(
+                Diagnostic("E002", f"{what} is larger than {MAX_BYTES // 2**20} MiB", Span(str(path)))
+            )
+        return path.read_bytes()
+    except OSError as fault:
+        siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+        close = difflib.get_close_matches(path.name, siblings, n=3)
+        raise LlmbtError(
+            Diagnostic(
+                "E001",
+                f"cannot read {what} `{path}`: {fault.strerror or fault}",
+                Span(str(path)),
+                help=f"did you mean {', '.join(close)}?" if close else "give the path of an existing file",
+                candidates=tuple(close),
+            )
+        ) from None
+
+
+def _refuse(source: str, code: str, title: str, line: int = 0, hint: str = "", text: str = "") -> LlmbtError:
+    return LlmbtError(Diagnostic(code, title, Span(source, line, text=text), help=hint))
+
+
+def _scan(data: bytes, source: str, max_depth: int) -> None:
+    """Well-formed, no DOCTYPE, no processing instruction bombs, at most `max_depth` levels."""
+    parser = expat.ParserCreate()
+    depth = 0
+
+    def start(_name: str, _attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > max_depth:
+            raise _refuse(
+                source,
+                "E004",
+                f"the XML is nested more than {max_depth} levels deep",
+                parser.CurrentLineNumber,
+                "split the tree into <SubTree>s",
+            )
+
+    def end(_name: str) -> None:
+        nonlocal depth
+        depth -= 1
+
+    def doctype(*_: Any) -> None:
+        raise _refuse(
+            source,
+            "E005",
+            "a DOCTYPE is not allowed: entities are never expanded",
+            parser.CurrentLineNumber,
+            "remove the <!DOCTYPE ...> declaration",
+        )
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(data, True)
+    except (expat.ExpatError, ValueError, LookupError) as fault:
+        line = getattr(fault, "lineno", 0)
+        lines = data.decode("utf-8", "replace").splitlines()
+        text = lines[line - 1][:200] if 0 < line <= len(lines) else ""
+        reason = expat.errors.messages.get(getattr(fault, "code", -1), str(fault))
+        raise _refuse(source, "E003", f"not well-formed XML: {reason}", line, "", text) from None
+
+
+def parse_xml(data: bytes, source: str, *, schema: str | None = None, max_depth: int = MAX_DEPTH) -> Element:
+    """The root element of a document, checked before it is built, and against a schema where one is named.
+
+    Errors: E003 not well-formed, E004 too deep, E005 DOCTYPE, E006 not as the schema wants it.
+    """
+    _scan(data, source, max_depth)
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, huge_tree=True, remove_comments=True, remove_pis=True
+    )
+    try:
+        root = etree.fromstring(data, parser)
+    except etree.XMLSyntaxError as fault:
+        raise _refuse(source, "E003", f"not well-formed XML: {fault.msg}", fault.lineno or 0) from None
+    if schema is not None:
+        _validate(root, data, source, schema)
+    return root
+
+
+@cache
+def schema_of(name: str) -> etree.RelaxNG:
+    """The RelaxNG schema `name`.rng, wherever one of our packages ships it: `package:name` or one of ours."""
+    package, _, stem = name.rpartition(":")
+    folder = importlib.resources.files(package or "llmbt_ir") / "schemas"
+    return etree.RelaxNG(etree.fromstring((folder / f"{stem}.rng").read_bytes()))
+
+
+def _validate(root: Element, data: bytes, source: str, schema: str) -> None:
+    relaxng = schema_of(schema)
+    if relaxng.validate(root):
+        return
+    lines = data.decode("utf-8", "replace").splitlines()
+    found: list[Diagnostic] = []
+    seen: set[int] = set()
+    for entry in relaxng.error_log:
+        if entry.line in seen or len(found) == 5:
+            continue
+        seen.add(entry.line)
+        text = lines[entry.line - 1].rstrip()[:200] if 0 < entry.line <= len(lines) else ""
+        found.append(Diagnostic("E006", _plain(entry.message), Span(source, entry.line, text=text)))
+    raise LlmbtError(*found)
+
+
+def _plain(message: str) -> str:
+    message = re.sub(r"^Element (\S+) failed to validate content$", r"<\1> has something it may not have", message)
+    message = re.sub(r"^Did not expect element (\S+) there$", r"<\1> may not stand here", message)
+    return re.sub(
+        r"^Invalid attribute (\S+) for element (\S+)$", r"<\2> has no attribute `\1`, or not with this value", message
+    )
