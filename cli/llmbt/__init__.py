@@ -1,0 +1,1 @@
+"""The command line: puts compiler and runtime together, renders, and decides exit codes."""

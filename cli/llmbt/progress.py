@@ -1,0 +1,49 @@
+"""What a person sees while a command works: one line for each stage, action, update and disturbance, on stderr."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+from llmbt_runtime.outcome import Happening
+
+__all__ = ["Progress"]
+
+STYLES = {
+    "started": ("dim", "  "),
+    "ended": ("", "  "),
+    "update": ("bold cyan", "^ "),
+    "disturbance": ("bold yellow", "! "),
+    "outcome": ("bold", "= "),
+}
+
+
+class Progress:
+    """Writes the story of a run; silent where it is told to be."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._print: Callable[..., None] | None = None
+        if not quiet:
+            from rich.console import Console
+
+            console = Console(file=sys.stderr, highlight=False, soft_wrap=True)
+            self._print = console.print
+
+    def stage(self, name: str, text: str) -> None:
+        """A stage of the compiler has finished."""
+        if self._print is not None:
+            self._print(f"{name:>9}  {text}", markup=False)
+
+    def tell(self, happening: Happening) -> None:
+        """A line of the execution's story."""
+        if self._print is None or happening.kind == "started":
+            return
+        style, mark = STYLES.get(happening.kind, ("", "  "))
+        if happening.kind == "ended" and happening.details.get("result") != "SUCCESS":
+            style = "red"
+        self._print(f"{happening.time_s:7.1f} s  {mark}{happening.text}", style=style or None, markup=False)
+
+    def line(self, text: str) -> None:
+        """Any other line."""
+        if self._print is not None:
+            self._print(text, markup=False)

@@ -1,0 +1,469 @@
+"""Scenes: what stands where before a run, as a person writes it (scenes/*.xml).
+
+A scene names a robot, static fixtures, places with their surfaces, the objects in play, the obstacles that are
+parked out of sight until a disturbance brings one in, and cameras. Metres, kilograms, radians; world frame, z up.
+The schema is schemas/scene.rng; `docs` of each element is in scenes/cargo_sorting.xml.
+"""
+
+from __future__ import annotations
+
+import importlib.resources
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
+from llmbt_ir.geometry import Pose, quat_from_yaw, yaw_from_quat
+from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
+from llmbt_ir.xml import Element, parse_xml, read_bytes
+
+__all__ = [
+    "COLOURS",
+    "Body",
+    "Camera",
+    "Fixture",
+    "Scene",
+    "ScenePlace",
+    "load_scene",
+    "parse_scene",
+    "read_scene",
+    "scene_names",
+    "to_semantic_map",
+]
+
+Vec2 = tuple[float, float]
+Vec3 = tuple[float, float, float]
+
+SLOT_TOLERANCE_M = 0.02
+"""A body is on a slot when its centre is within this of the slot's, in x and in y."""
+SUPPORT_TOLERANCE_M = 0.01
+"""A body is on a surface when its bottom is within this of it."""
+OVERLAP_M = 0.0005
+"""Bodies that reach less deeply into each other than this count as touching."""
+ROBOT_FOOTPRINT_M = (0.22, 0.22, 0.40)
+DEFAULT_MASS_KG = 0.08
+DEFAULT_FRICTION = 0.8
+
+COLOURS: Mapping[str, Vec3] = MappingProxyType(
+    {
+        "red": (0.82, 0.16, 0.15),
+        "green": (0.20, 0.62, 0.25),
+        "blue": (0.16, 0.36, 0.75),
+        "yellow": (0.95, 0.80, 0.15),
+        "orange": (0.95, 0.50, 0.10),
+        "purple": (0.50, 0.24, 0.62),
+        "pink": (0.93, 0.52, 0.66),
+        "brown": (0.45, 0.30, 0.18),
+        "black": (0.10, 0.10, 0.10),
+        "white": (0.95, 0.95, 0.95),
+        "grey": (0.55, 0.56, 0.58),
+        "silver": (0.75, 0.76, 0.78),
+        "beige": (0.86, 0.80, 0.68),
+        "wood": (0.72, 0.56, 0.38),
+    }
+)
+"""The colours a scene may name, as red, green, blue in [0, 1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fixture:
+    """A static, axis-aligned box: centre and full extents."""
+
+    id: str
+    xyz_m: Vec3
+    size_m: Vec3
+    colour: str = "grey"
+    friction: float = DEFAULT_FRICTION
+
+    @property
+    def top_m(self) -> float:
+        """Height of the upper face."""
+        return self.xyz_m[2] + self.size_m[2] / 2
+
+
+@dataclass(frozen=True, slots=True)
+class ScenePlace:
+    """A place. `surface_m` is the centre of its horizontal surface, `size_m` its extents in x and y.
+
+    A place without a surface is no more than the sum of the places in it (a shelf of levels).
+    """
+
+    id: str
+    name: str
+    type: str
+    parent: str | None = None
+    buffer: bool = False
+    surface_m: Vec3 | None = None
+    size_m: Vec2 = (0.0, 0.0)
+
+    @property
+    def is_slot(self) -> bool:
+        """Whether it takes one object, centred."""
+        return self.type == "slot"
+
+    def covers(self, x_m: float, y_m: float, slack_m: float = 0.0) -> bool:
+        """Whether a point seen from above counts as on the place: near a slot's centre, or within a region."""
+        if self.surface_m is None:
+            return False
+        dx, dy = abs(x_m - self.surface_m[0]), abs(y_m - self.surface_m[1])
+        if self.is_slot:
+            return max(dx, dy) <= SLOT_TOLERANCE_M + slack_m
+        return dx <= self.size_m[0] / 2 + slack_m and dy <= self.size_m[1] / 2 + slack_m
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """A movable thing: an object in play, with its pose at the start, or a parked obstacle, with none.
+
+    `size_m` are full extents along the body's own axes; a cylinder's are diameter, diameter, height.
+    """
+
+    id: str
+    name: str
+    type: str
+    colour: str
+    shape: str
+    size_m: Vec3
+    mass_kg: float = DEFAULT_MASS_KG
+    friction: float = DEFAULT_FRICTION
+    pose: Pose | None = None
+    line: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A pinhole camera that looks from `eye_m` at `target_m`, up being up; `fov_deg` is the vertical angle."""
+
+    id: str
+    eye_m: Vec3
+    target_m: Vec3
+    fov_deg: float = 45.0
+    width_px: int = 640
+    height_px: int = 480
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Everything a world is built from. Ids are unique over fixtures, places, objects, obstacles and cameras."""
+
+    name: str
+    library: str
+    robot_xyz_m: Vec3
+    robot_yaw_rad: float
+    fixtures: tuple[Fixture, ...]
+    places: tuple[ScenePlace, ...]
+    objects: tuple[Body, ...]
+    obstacles: tuple[Body, ...] = ()
+    cameras: tuple[Camera, ...] = ()
+    description: str = ""
+    source: str = field(default="scene.xml", compare=False)
+
+    def place(self, id_: str) -> ScenePlace:
+        """The place with this id; KeyError where there is none."""
+        for p in self.places:
+            if p.id == id_:
+                return p
+        raise KeyError(id_)
+
+    def with_containers(self, place: str) -> Iterator[str]:
+        """The place itself and the places that contain it, innermost first."""
+        here: str | None = place
+        while here is not None:
+            yield here
+            here = self.place(here).parent
+
+    def depth(self, place: str) -> int:
+        """How many places contain it."""
+        return sum(1 for _ in self.with_containers(place)) - 1
+
+    def most_specific(self, x_m: float, y_m: float, bottom_m: float) -> str | None:
+        """The innermost place that a body stands on, given its centre from above and the height of its bottom."""
+        found = [
+            p
+            for p in self.places
+            if p.surface_m is not None
+            and p.covers(x_m, y_m)
+            and abs(bottom_m - p.surface_m[2]) <= SUPPORT_TOLERANCE_M
+        ]
+        return max(found, key=lambda p: self.depth(p.id)).id if found else None
+
+
+def to_semantic_map(scene: Scene) -> SemanticMap:
+    """What the compiler gets to know of a scene at its start: objects and places; parked obstacles are left out."""
+    objects = tuple(
+        MapObject(
+            id=o.id,
+            name=o.name,
+            colour=o.colour,
+            shape=o.shape,
+            size_m=o.size_m,
+            pose=o.pose,
+            place=scene.most_specific(*o.pose.xyz_m[:2], o.pose.xyz_m[2] - o.size_m[2] / 2),
+            type=o.type,
+        )
+        for o in scene.objects
+        if o.pose is not None
+    )
+    places = tuple(MapPlace(p.id, p.name, p.type, p.parent, p.buffer) for p in scene.places)
+    return SemanticMap(scene.name, scene.library, objects, places, scene.source)
+
+
+def _folder() -> Path:
+    """Where the shipped scenes are: in the wheel, or at the top of a checkout."""
+    shipped = Path(str(importlib.resources.files("llmbt_ir"))) / "_shipped" / "scenes"
+    return shipped if shipped.is_dir() else Path(__file__).resolve().parents[2] / "scenes"
+
+
+def scene_names() -> tuple[str, ...]:
+    """The scenes that are shipped."""
+    return tuple(sorted(p.stem for p in _folder().glob("*.xml")))
+
+
+def load_scene(name_or_path: str) -> Scene:
+    """A shipped scene by its name, any other by its path. Errors as `parse_scene`, and E040 for an unknown name."""
+    if name_or_path in scene_names():
+        return read_scene(_folder() / f"{name_or_path}.xml")
+    path = Path(name_or_path)
+    if not path.exists() and path.suffix != ".xml":
+        close = nearest(name_or_path, scene_names())
+        raise LlmbtError(
+            Diagnostic(
+                "E040",
+                f"unknown scene `{name_or_path}`",
+                help=f"shipped: {', '.join(scene_names())}; or give the path of an .xml file",
+                candidates=close,
+            )
+        )
+    return read_scene(path)
+
+
+def read_scene(path: Path) -> Scene:
+    """Read a scene file; errors as `parse_scene`, and E001, E002 where it cannot be read."""
+    return parse_scene(read_bytes(path, "scene"), str(path))
+
+
+def parse_scene(data: bytes, source: str = "scene.xml") -> Scene:
+    """Parse and check a scene.
+
+    Errors, all with a line: E003-E006 as XML; E020 an id used twice; E021 an unknown place; E022 a place that
+    contains itself; E041 a body that stands on a place without a surface; E042 bodies that overlap at the start;
+    E043 an unknown colour; E044 a body that no gripper of the robot can hold.
+    """
+    root = parse_xml(data, source, schema="scene")
+    return _Reader(root, source).scene()
+
+
+class _Reader:
+    """Collects every fault of a document before it raises."""
+
+    def __init__(self, root: Element, source: str) -> None:
+        self.root, self.source = root, source
+        self.faults: list[Diagnostic] = []
+        self.lines: dict[str, int] = {}
+
+    def fault(self, code: str, title: str, line: int, help_: str = "", candidates: tuple[str, ...] = ()) -> None:
+        self.faults.append(Diagnostic(code, title, Span(self.source, line), help=help_, candidates=candidates))
+
+    def scene(self) -> Scene:
+        root = self.root
+        robot = root.find("Robot")
+        assert robot is not None  # the schema wants it
+        fixtures = tuple(self.fixture(n) for n in root.iterfind("Fixtures/Fixture"))
+        places = tuple(self.place(n) for n in root.iterfind("Places/Place"))
+        self.check_hierarchy(places)
+        by_id = {p.id: p for p in places}
+        objects = tuple(self.body(n, "object", by_id) for n in root.iterfind("Objects/Object"))
+        obstacles = tuple(self.body(n, "obstacle", by_id) for n in root.iterfind("Obstacles/Obstacle"))
+        cameras = tuple(self.camera(n) for n in root.iterfind("Cameras/Camera"))
+        xyz = _triple(robot.get("xyz_m"))
+        if not self.faults:
+            self.check_overlaps(fixtures, objects, xyz)
+        if self.faults:
+            raise LlmbtError(*self.faults)
+        return Scene(
+            name=root.get("name", ""),
+            library=root.get("library", ""),
+            robot_xyz_m=xyz,
+            robot_yaw_rad=float(robot.get("yaw_rad", "0")),
+            fixtures=fixtures,
+            places=places,
+            objects=objects,
+            obstacles=obstacles,
+            cameras=cameras,
+            description=" ".join((root.findtext("Description") or "").split()),
+            source=self.source,
+        )
+
+    def claim(self, node: Element) -> str:
+        id_, line = node.get("id", ""), int(node.sourceline or 0)
+        if id_ in self.lines:
+            self.fault("E020", f"id `{id_}` is used twice, first in line {self.lines[id_]}", line)
+        self.lines.setdefault(id_, line)
+        return id_
+
+    def colour(self, node: Element, default: str) -> str:
+        colour = node.get("colour", default)
+        if colour not in COLOURS:
+            close = nearest(colour, COLOURS)
+            hint = f"did you mean {', '.join(close)}?" if close else f"known: {', '.join(COLOURS)}"
+            self.fault("E043", f"unknown colour `{colour}`", int(node.sourceline or 0), hint, close)
+        return colour
+
+    def fixture(self, node: Element) -> Fixture:
+        return Fixture(
+            id=self.claim(node),
+            xyz_m=_triple(node.get("xyz_m")),
+            size_m=_triple(node.get("size_m")),
+            colour=self.colour(node, "grey"),
+            friction=float(node.get("friction", DEFAULT_FRICTION)),
+        )
+
+    def place(self, node: Element) -> ScenePlace:
+        id_ = self.claim(node)
+        sx, sy = (float(v) for v in node.get("size_m", "0 0").split())
+        return ScenePlace(
+            id=id_,
+            name=node.get("name") or id_.replace("_", " "),
+            type=node.get("type", ""),
+            parent=node.get("parent"),
+            buffer=node.get("buffer", "").strip() in ("true", "1"),
+            surface_m=_triple(node.get("surface_m")) if node.get("surface_m") else None,
+            size_m=(sx, sy),
+        )
+
+    def camera(self, node: Element) -> Camera:
+        return Camera(
+            id=self.claim(node),
+            eye_m=_triple(node.get("eye_m")),
+            target_m=_triple(node.get("target_m")),
+            fov_deg=float(node.get("fov_deg", "45")),
+            width_px=int(node.get("width_px", "640")),
+            height_px=int(node.get("height_px", "480")),
+        )
+
+    def body(self, node: Element, type_: str, places: Mapping[str, ScenePlace]) -> Body:
+        id_, line = self.claim(node), int(node.sourceline or 0)
+        size = _triple(node.get("size_m"))
+        if min(size[0], size[1]) > MAX_GRASP_M:
+            self.fault(
+                "E044",
+                f"`{id_}` is wider than the gripper opens ({MAX_GRASP_M:g} m) in x and in y",
+                line,
+                "make one of the first two numbers of size_m smaller",
+            )
+        return Body(
+            id=id_,
+            name=node.get("name") or id_.replace("_", " "),
+            type=node.get("type") or type_,
+            colour=self.colour(node, "grey"),
+            shape=node.get("shape", "box"),
+            size_m=size,
+            mass_kg=float(node.get("mass_kg", DEFAULT_MASS_KG)),
+            friction=float(node.get("friction", DEFAULT_FRICTION)),
+            pose=self.pose(node, id_, size, places),
+            line=line,
+        )
+
+    def pose(self, node: Element, id_: str, size: Vec3, places: Mapping[str, ScenePlace]) -> Pose | None:
+        quat = quat_from_yaw(float(node.get("yaw_rad", "0")))
+        if node.get("xyz_m"):
+            return Pose(_triple(node.get("xyz_m")), quat)
+        wanted = node.get("on")
+        if wanted is None:
+            return None
+        if wanted not in places:
+            self.unknown_place(id_, wanted, places)
+            return None
+        surface = places[wanted].surface_m
+        if surface is None:
+            inside = tuple(p.id for p in places.values() if p.parent == wanted)
+            self.fault(
+                "E041",
+                f"`{id_}` cannot stand on `{wanted}`, which has no surface of its own",
+                self.lines[id_],
+                f"name a place in it, as {inside[0]}" if inside else "give the place surface_m and size_m",
+                inside,
+            )
+            return None
+        dx, dy = (float(v) for v in node.get("offset_m", "0 0").split())
+        return Pose((surface[0] + dx, surface[1] + dy, surface[2] + size[2] / 2), quat)
+
+    def unknown_place(self, id_: str, wanted: str, places: Iterable[str]) -> None:
+        close = nearest(wanted, places)
+        hint = f"did you mean {', '.join(close)}?" if close else "declare it under <Places>"
+        self.fault("E021", f"`{id_}` names the unknown place `{wanted}`", self.lines[id_], hint, close)
+
+    def check_hierarchy(self, places: tuple[ScenePlace, ...]) -> None:
+        parent = {p.id: p.parent for p in places}
+        for p in places:
+            if p.parent is not None and p.parent not in parent:
+                self.unknown_place(p.id, p.parent, parent)
+            seen, here = {p.id}, p.parent
+            while here is not None and here in parent:
+                if here in seen:
+                    self.fault("E022", f"place `{p.id}` contains itself", self.lines[p.id])
+                    break
+                seen.add(here)
+                here = parent[here]
+
+    def check_overlaps(self, fixtures: tuple[Fixture, ...], objects: tuple[Body, ...], robot: Vec3) -> None:
+        height = ROBOT_FOOTPRINT_M[2]
+        solids = [_Solid("the robot", (robot[0], robot[1], robot[2] + height / 2), ROBOT_FOOTPRINT_M, 0.0)]
+        solids += [_Solid(f"`{f.id}`", f.xyz_m, f.size_m, 0.0) for f in fixtures]
+        for o in objects:
+            if o.pose is None:
+                continue
+            solid = _Solid(f"`{o.id}`", o.pose.xyz_m, o.size_m, yaw_from_quat(o.pose.quat_xyzw))
+            for other in solids:
+                if solid.overlaps(other):
+                    self.fault(
+                        "E042",
+                        f"{solid.label} overlaps {other.label} at the start",
+                        o.line,
+                        'xyz_m is the centre of a body; on="..." with offset_m puts it onto a surface',
+                    )
+            solids.append(solid)
+
+
+MAX_GRASP_M = 0.07
+"""The widest thing that the gripper of a panda closes on, with room for the fingers."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Solid:
+    """An upright box, turned about the vertical."""
+
+    label: str
+    xyz_m: Vec3
+    size_m: Vec3
+    yaw_rad: float
+
+    def axes(self) -> tuple[Vec2, Vec2]:
+        c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        return (c, s), (-s, c)
+
+    def reach(self, axis: Vec2) -> float:
+        """Half of the extent along a horizontal direction."""
+        u, v = self.axes()
+        return (
+            abs(u[0] * axis[0] + u[1] * axis[1]) * self.size_m[0] / 2
+            + abs(v[0] * axis[0] + v[1] * axis[1]) * self.size_m[1] / 2
+        )
+
+    def overlaps(self, other: _Solid) -> bool:
+        """Separating axes in the plane, and the heights."""
+        dz = abs(self.xyz_m[2] - other.xyz_m[2])
+        if dz > (self.size_m[2] + other.size_m[2]) / 2 - OVERLAP_M:
+            return False
+        dx, dy = self.xyz_m[0] - other.xyz_m[0], self.xyz_m[1] - other.xyz_m[1]
+        return all(
+            abs(dx * a[0] + dy * a[1]) < self.reach(a) + other.reach(a) - OVERLAP_M
+            for a in (*self.axes(), *other.axes())
+        )
+
+
+def _triple(text: str | None) -> Vec3:
+    x, y, z = (float(v) for v in (text or "0 0 0").split())
+    return x, y, z

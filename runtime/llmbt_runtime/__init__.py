@@ -1,0 +1,1 @@
+"""Runs behaviour trees against a world and lets them grow where a condition fails."""

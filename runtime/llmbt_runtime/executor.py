@@ -1,0 +1,351 @@
+"""Ticks a tree against a world and lets it grow: no action starts before the installed tree is certified.
+
+Each tick (0.1 s simulated): the world goes on, the facts are looked at, and where they are not what the certificate
+predicts the tree is certified anew from them, changed only if that fails (docs/update-loop.md).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from llmbt_atl.state import Domain, GroundAction, apply
+from llmbt_ir.condition import ActionCall, Condition, Facts, all_hold, holds
+from llmbt_ir.tree import Tree
+from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
+from llmbt_runtime.search import OutOfBudget, Unsolvable
+from llmbt_runtime.tick import NodeStatus, tick
+from llmbt_runtime.update.loop import Grown, update
+from llmbt_runtime.update.rollout import perceived
+from llmbt_runtime.world import ActionReport, Status, World
+
+__all__ = ["Change", "Settings", "execute"]
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Limits. `budget` counts state expansions of the search over the whole run; `max_ticks` guards against a world
+    that never comes to an end; `attempts` is how often an action may fail before it is excluded."""
+
+    budget: int = 200_000
+    max_ticks: int = 20_000
+    attempts: int = 3
+    calm_ticks: int = 3
+    patience_ticks: int = 40
+    settle_s: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A change of the tree to be kept as a version: what was observed, and the certified tree that follows."""
+
+    tick: int
+    time_s: float
+    cause: str
+    began: Facts
+    ended: Facts
+    facts: Facts
+    grown: Grown
+
+
+def execute(
+    world: World,
+    domain: Domain,
+    tree: Tree,
+    goals: tuple[Condition, ...],
+    *,
+    keep: Callable[[Change], str],
+    tell: Callable[[Happening], None] = lambda _: None,
+    settings: Settings | None = None,
+) -> Result:
+    """Run a tree until the goals hold by the truth, or it is shown that they cannot be reached.
+
+    `keep` stores a changed tree before anything acts on it and returns the version's name; `tell` hears the story.
+    KeyboardInterrupt is passed on after the world was halted.
+    """
+    return _Run(world, domain, tree, goals, keep, tell, settings or Settings()).run()
+
+
+class _Run:
+    """The mutable state of one execution."""
+
+    def __init__(
+        self,
+        world: World,
+        domain: Domain,
+        tree: Tree,
+        goals: tuple[Condition, ...],
+        keep: Callable[[Change], str],
+        tell: Callable[[Happening], None],
+        settings: Settings,
+    ) -> None:
+        self.world, self.domain, self.tree, self.goals = world, domain, tree, goals
+        self.keep, self.tell, self.settings = keep, tell, settings
+        self.ticks = self.updates = self.planner_calls = self.expansions = 0
+        self.executed: list[Executed] = []
+        self.running: tuple[str, GroundAction, float] | None = None
+        self.believed: Facts | None = None
+        self.expected: Facts = frozenset()
+        self.failures: Counter[ActionCall] = Counter()
+        self.excluded: dict[ActionCall, Facts] = {}
+        self.last_failure = ""
+        self.told_disturbances = 0
+
+    # -- the loop -------------------------------------------------------------------------------------------------
+
+    def run(self) -> Result:
+        """Tick until the end."""
+        try:
+            while self.ticks < self.settings.max_ticks:
+                result = self.step()
+                if result is not None:
+                    return result
+        except KeyboardInterrupt:
+            self.stop("interrupted")
+            return self.end(Outcome.INTERRUPTED, "interrupted by the user")
+        self.stop("the guard on ticks")
+        return self.end(Outcome.BUDGET, f"no end after {self.ticks} ticks")
+
+    def step(self) -> Result | None:
+        """One tick of the tree; None while there is more to do."""
+        facts = self.look()
+        if self.believed is None or not self.as_predicted(facts):
+            ended = self.certify(facts)
+            if ended is not None:
+                return ended
+            facts = self.look()
+        record = tick(self.tree, facts)
+        if record.status is NodeStatus.SUCCESS:
+            self.stop("the goals hold")
+            return self.check_success()
+        if record.action is None:
+            # what was certified fails all the same: observe and certify again
+            self.believed = None
+            self.advance()
+            return None
+        call = self.tree[record.action].action
+        assert call is not None
+        if self.running is None or self.running[1].call != call:
+            if self.running is not None:
+                self.stop(f"{call} comes first")
+                return None
+            self.begin(record.action, call)
+        self.advance()
+        return None
+
+    def look(self) -> Facts:
+        """What the tree's conditions see now."""
+        return perceived(self.world.observe(), self.running[1] if self.running else None)
+
+    def advance(self) -> None:
+        """One tick of the world; the end of an action is noted."""
+        report = self.world.advance()
+        self.ticks += 1
+        self.note_disturbances()
+        if self.running is not None and report.status in (Status.SUCCESS, Status.FAILURE):
+            self.finish(report)
+
+    # -- actions --------------------------------------------------------------------------------------------------
+
+    def begin(self, node: str, call: ActionCall) -> None:
+        action = self.domain.action(call)
+        assert action is not None
+        self.world.start(call)
+        self.running = (node, action, self.world.time_s)
+        self.say("started", str(call), action=str(call), node=node)
+
+    def finish(self, report: ActionReport) -> None:
+        """Note how the running action ended; a success that did not bring its Post about counts as a failure."""
+        assert self.running is not None
+        _, action, since = self.running
+        self.running = None
+        result, reason = report.status.value, report.reason
+        observed = self.world.observe()
+        missing = sorted(action.adds - observed)
+        if report.status is Status.SUCCESS and missing:
+            result, reason = "FAILURE", f"post_not_reached: {missing[0]}"
+        self.executed.append(Executed(action.call, result, reason, since, self.world.time_s))
+        self.say("ended", f"{action.call}: {result}" + (f" ({reason})" if reason else ""), result=result, reason=reason)
+        if result == "SUCCESS":
+            self.failures.pop(action.call, None)
+            if self.believed is not None:
+                self.believed = self.expected = apply(action, self.believed)
+            return
+        self.believed = None
+        self.failures[action.call] += 1
+        self.last_failure = f"{action.call} failed: {reason or 'no reason given'}"
+        if self.failures[action.call] >= self.settings.attempts:
+            self.excluded[action.call] = observed
+            del self.failures[action.call]
+
+    def stop(self, why: str) -> None:
+        """Halt the running action and wait until it has come out of its contact phase."""
+        if self.running is None:
+            return
+        _, action, since = self.running
+        while not self.world.halt():
+            report = self.world.advance()
+            self.ticks += 1
+            if report.status in (Status.SUCCESS, Status.FAILURE):
+                self.finish(report)
+                return
+        self.running = None
+        self.believed = None
+        self.executed.append(Executed(action.call, "HALTED", why, since, self.world.time_s))
+        self.say("ended", f"{action.call}: HALTED ({why})", result="HALTED", reason=why)
+
+    # -- prediction and update ------------------------------------------------------------------------------------
+
+    def as_predicted(self, facts: Facts) -> bool:
+        """Whether what is seen is what the certificate predicts: the believed state, less what the running action is
+        about to end."""
+        assert self.believed is not None
+        if facts == self.believed:
+            return True
+        if self.running is None:
+            return False
+        action = self.running[1]
+        return facts <= self.believed and self.believed - facts <= action.deletes
+
+    def certify(self, facts: Facts) -> Result | None:
+        """Certify the installed tree from what is seen, or install one that is; None when it may act."""
+        found = self.updated(facts)
+        if found is None:
+            return None
+        if self.running is not None and isinstance(found, Grown) and self.goes_on(found):
+            # what changed concerns later actions: the running one is not halted for it
+            if self.world.at_rest:
+                self.install(found, facts)
+            return None
+        # the tree does not serve: stop, and let things come to rest before anything is concluded
+        self.stop("the tree no longer leads to the goals")
+        facts = self.calm()
+        if all_hold(self.goals, facts):
+            self.accept(facts)
+            return None
+        found = self.updated(facts)
+        if found is None:
+            return None
+        if isinstance(found, Grown):
+            self.install(found, facts)
+            return None
+        self.expansions += found.expansions
+        self.planner_calls += 1
+        if isinstance(found, OutOfBudget):
+            return self.end(Outcome.BUDGET, f"no plan within {self.settings.budget} expansions")
+        if self.excluded:
+            names = ", ".join(str(c) for c in self.excluded)
+            return self.end(Outcome.ACTION_FAILED, f"{self.last_failure}; without {names} no plan is left")
+        return self.end(Outcome.UNSOLVABLE, found.reason, found.goals)
+
+    def goes_on(self, found: Grown) -> bool:
+        """Whether a changed tree begins with the action that is running."""
+        assert self.running is not None
+        actions = found.certificate.actions
+        return bool(actions) and actions[0].call == self.running[1].call
+
+    def install(self, found: Grown, facts: Facts) -> None:
+        """Keep a certified tree as a version, then let it act."""
+        self.planner_calls += found.planner_calls
+        self.expansions += found.expansions
+        first = self.updates == 0 and not self.expected
+        began, ended = (frozenset(), frozenset()) if first else (facts - self.expected, self.expected - facts)
+        cause = "the goals do not hold yet" if first else self.cause(began, ended)
+        version = self.keep(Change(self.ticks, self.world.time_s, cause, began, ended, facts, found))
+        self.tree = found.tree
+        self.updates += 1
+        self.accept(facts)
+        self.say("update", f"{version}: {cause}", version=version, steps=len(found.steps), nodes=len(found.tree))
+
+    def updated(self, facts: Facts) -> Grown | Unsolvable | OutOfBudget | None:
+        """What the update loop says of the tree from these facts; None where it serves as it is."""
+        self.domain = self.domain.for_state(facts)
+        self.forgive(facts)
+        found = update(
+            self.tree,
+            self.domain,
+            facts,
+            self.goals,
+            excluded=frozenset(self.excluded),
+            budget=max(0, self.settings.budget - self.expansions),
+        )
+        if isinstance(found, (Grown, Unsolvable, OutOfBudget)):
+            return found
+        self.accept(facts)
+        return None
+
+    def accept(self, facts: Facts) -> None:
+        self.believed = self.expected = facts
+
+    def calm(self) -> Facts:
+        """The facts once they have stayed the same for a while and nothing moves, or after a bounded wait."""
+        facts, same = self.look(), 0
+        for _ in range(self.settings.patience_ticks):
+            if same >= self.settings.calm_ticks and self.world.at_rest:
+                break
+            self.advance()
+            now = self.look()
+            same = same + 1 if now == facts else 0
+            facts = now
+        return facts
+
+    def forgive(self, facts: Facts) -> None:
+        """An excluded action may be tried again once what is known of its arguments has changed."""
+        for call, then in list(self.excluded.items()):
+            about = {f for f in facts ^ then if set(f.args) & set(call.args)}
+            if about:
+                del self.excluded[call]
+
+    def cause(self, began: Facts, ended: Facts) -> str:
+        """The difference between what was expected and what is observed, in words."""
+        parts = [f"no longer {_some(ended)}"] if ended else []
+        parts += [f"now {_some(began)}"] if began else []
+        return "; ".join(parts) or self.last_failure or "the tree failed"
+
+    # -- the end --------------------------------------------------------------------------------------------------
+
+    def check_success(self) -> Result | None:
+        """The goals by the truth, after a settling time; None where one does not hold after all."""
+        self.world.settle(self.settings.settle_s)
+        self.note_disturbances()
+        truth = self.world.truth()
+        if all_hold(self.goals, truth):
+            return self.end(Outcome.SUCCESS, "")
+        self.believed = None
+        self.ticks += 1
+        return None
+
+    def end(self, outcome: Outcome, reason: str, unsolvable: tuple[Condition, ...] = ()) -> Result:
+        truth = self.world.truth()
+        self.say("outcome", outcome.value + (f": {reason}" if reason else ""), outcome=outcome.value)
+        return Result(
+            outcome,
+            reason,
+            tuple((g, holds(g, truth)) for g in self.goals),
+            tuple(self.executed),
+            self.updates,
+            self.ticks,
+            self.planner_calls,
+            self.expansions,
+            self.world.time_s,
+            unsolvable,
+        )
+
+    def note_disturbances(self) -> None:
+        log = self.world.disturbances()
+        for d in log[self.told_disturbances :]:
+            broke = ", ".join(str(c) for c in d.broke)
+            self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""))
+        self.told_disturbances = len(log)
+
+    def say(self, kind: str, text: str, **details: object) -> None:
+        self.tell(Happening(kind, self.world.time_s, text, details))
+
+
+
+
+def _some(facts: Facts) -> str:
+    """A few facts, the most particular first: containers of a place that is named are left out."""
+    named = sorted(facts, key=lambda f: (f.name != "On", f))
+    return ", ".join(str(f) for f in named[:4]) + (", ..." if len(named) > 4 else "")

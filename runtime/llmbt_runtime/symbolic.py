@@ -1,0 +1,168 @@
+"""A world of facts: the templates' exact effects, actions that last and may fail, and events from outside.
+
+An action that starts first ends those of its start-conditions that it touches, and brings its Post about when it is
+done; its hold-conditions last until then. So a tree sees the same order of things as in physics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from llmbt_atl.state import Domain, GroundAction, applicable, apply
+from llmbt_ir.condition import ActionCall, Condition, Facts, holds
+from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status, Vec3
+
+__all__ = ["Event", "SymbolicWorld"]
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something from outside: at a tick, or at the first tick from it on at which `when` holds, facts end and begin.
+
+    It fires once. Containment is spelt out by the caller (`Domain.upward`).
+    """
+
+    tick: int
+    removes: Facts = frozenset()
+    adds: Facts = frozenset()
+    when: tuple[Condition, ...] = ()
+    name: str = "event"
+    target: str = ""
+
+
+class SymbolicWorld:
+    """A world of facts behind the protocol `World`. All chance comes from `rng`."""
+
+    def __init__(
+        self,
+        domain: Domain,
+        facts: Facts,
+        rng: np.random.Generator,
+        *,
+        ticks: tuple[int, int] = (1, 8),
+        failure_rate: float = 0.0,
+        events: Iterable[Event] = (),
+    ) -> None:
+        """`ticks` bounds how long an action lasts, both included."""
+        self._domain = domain
+        self._facts = facts
+        self._rng = rng
+        self._ticks = ticks
+        self._failure_rate = failure_rate
+        self._events = tuple(events)
+        self._log: tuple[Disturbed, ...] = ()
+        self._now = 0
+        self._running: GroundAction | None = None
+        self._left = 0
+        self._failing = False
+        self._suspended: Facts = frozenset()
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time: ticks of 0.1 s."""
+        return round(self._now * TICK_S, 6)
+
+    @property
+    def at_rest(self) -> bool:
+        """Facts do not roll."""
+        return True
+
+    def observe(self) -> Facts:
+        """The facts."""
+        return self._facts
+
+    def truth(self) -> Facts:
+        """The facts."""
+        return self._facts
+
+    def start(self, action: ActionCall) -> None:
+        """Begin an action (ValueError where the domain has none such). It fails where its Pre does not hold."""
+        self._domain = self._domain.for_state(self._facts)
+        ground = self._domain.action(action)
+        if ground is None:
+            raise ValueError(f"the domain has no action {action}")
+        if self._running is not None:
+            raise RuntimeError("an action is running")
+        self._running = ground
+        self._left = int(self._rng.integers(self._ticks[0], self._ticks[1] + 1))
+        self._failing = bool(self._rng.random() < self._failure_rate) or not applicable(ground, self._facts)
+        touched = ground.deletes | ground.adds
+        positive = frozenset(c for c in ground.start if not c.negated)
+        self._suspended = positive & touched & self._facts
+        if not self._failing:
+            self._facts = self._facts - self._suspended
+
+    def halt(self) -> bool:
+        """Stop at once: what the action had ended for a while holds again."""
+        if self._running is not None:
+            self._restore()
+            self._running = None
+        return True
+
+    def _restore(self) -> None:
+        self._facts = self._facts | self._suspended
+        self._suspended = frozenset()
+
+    def advance(self) -> ActionReport:
+        """One tick: events first, then the action."""
+        self._now += 1
+        self._fire()
+        action = self._running
+        if action is None:
+            return ActionReport(Status.IDLE)
+        self._left -= 1
+        if self._left > 0:
+            return ActionReport(Status.RUNNING)
+        self._running = None
+        broken = [c for c in action.hold if not holds(c, self._facts)]
+        if self._failing or broken:
+            self._restore()
+            return ActionReport(Status.FAILURE, "failed" if self._failing else f"lost {broken[0]}")
+        self._suspended = frozenset()
+        self._facts = apply(action, self._facts)
+        self._recovered()
+        return ActionReport(Status.SUCCESS)
+
+    def _fire(self) -> None:
+        waiting = []
+        for event in self._events:
+            if event.tick > self._now or not all(holds(c, self._facts) for c in event.when):
+                waiting.append(event)
+                continue
+            before = self._facts
+            self._facts = (before - event.removes) | event.adds
+            self._suspended = self._suspended - event.removes
+            broke = tuple(sorted(before - self._facts))
+            self._log = (*self._log, Disturbed(event.name, event.target, self.time_s, broke))
+        self._events = tuple(waiting)
+
+    def _recovered(self) -> None:
+        self._log = tuple(
+            replace(d, recovered_at_s=self.time_s)
+            if d.recovered_at_s is None and d.broke and set(d.broke) <= self._facts
+            else d
+            for d in self._log
+        )
+
+    def settle(self, seconds: float) -> None:
+        """Let time go by."""
+        for _ in range(round(seconds / TICK_S)):
+            self.advance()
+
+    def objects(self) -> dict[str, Vec3]:
+        """Facts have no coordinates."""
+        return {}
+
+    def places(self) -> dict[str, Vec3]:
+        """Facts have no coordinates."""
+        return {}
+
+    def disturbances(self) -> tuple[Disturbed, ...]:
+        """The events that have fired."""
+        return self._log
+
+    def close(self) -> None:
+        """Nothing to give back."""
