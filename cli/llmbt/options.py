@@ -1,0 +1,32 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+__all__ = ["execution_options", "force", "json_flag", "out_folder", "quiet", "scene_option"]
+
+json_flag = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+quiet = click.option("-q", "--quiet", is_flag=True, envvar="LLMBT_QUIET", help="No progress on stderr.")
+force = click.option("--force", is_flag=True, help="Replace what an earlier run left in DIR.")
+scene_option = click.option("--scene", required=True, envvar="LLMBT_SCENE", help="A shipped scene's name, or a file.")
+out_folder = click.option(
+    "-o", "--out", "folder", required=True, type=click.Path(path_type=Path), metavar="DIR", help="An empty folder."
+)
+
+
+def execution_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """--world, --seed, --disturb, --budget, --picture."""
+    for option in (
+        click.option("--picture", is_flag=True, help="Write a picture of the scene at the start and at the end."),
+        click.option("--budget", type=click.IntRange(0), default=200_000, show_default=True, help="State expansions."),
+        click.option("--disturb", default="none", show_default=True, help="A disturbance's name, none, or random[:N]."),
+        click.option("--seed", type=int, default=0, show_default=True, envvar="LLMBT_SEED", help="Of all chance."),
+        click.option("--world", type=click.Choice(["bullet", "symbolic"]), default="bullet", show_default=True),
+    ):
+        command = option(command)
+    return command
