@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from llmbt_atl.template import ANY, ConditionType, Param, Pattern, Role, Template, Variable
-from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
-from llmbt_ir.xml import Element, parse_xml, read_bytes
+from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Severity, Span, nearest
+from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes
 
 __all__ = ["Library", "check_library", "library_names", "load_library", "parse_library"]
 
@@ -102,7 +102,7 @@ class _Reader:
         self.conditions: dict[str, ConditionType] = {}
 
     def fault(self, code: str, title: str, node: Element, hint: str = "") -> None:
-        self.faults.append(Diagnostic(code, title, Span(self.source, int(node.sourceline or 0)), help=hint))
+        self.faults.append(Diagnostic(code, title, Span(self.source, line_of(node)), help=hint))
 
     def read(self) -> Library:
         for n in self.root.iterfind("types/type"):
@@ -127,12 +127,22 @@ class _Reader:
         for name in templates:
             if name in self.conditions:
                 self.faults.append(
-                    Diagnostic("E031", f"`{name}` is a condition and a template", Span(self.source, templates[name].line))
+                    Diagnostic(
+                        "E031",
+                        f"`{name}` is a condition and a template",
+                        Span(self.source, templates[name].line),
+                    )
                 )
         if self.faults:
             raise LlmbtError(*self.faults)
         return Library(
-            str(self.root.get("name")), self.types, self.conditions, variables, templates, constants, self.source
+            str(self.root.get("name")),
+            self.types,
+            self.conditions,
+            variables,
+            templates,
+            constants,
+            self.source,
         )
 
     def declare(self, table: dict[str, Any], what: str, node: Element, value: Any) -> None:
@@ -145,9 +155,7 @@ class _Reader:
         type_ = str(node.get(attribute))
         if type_ not in self.types:
             close = nearest(type_, self.types)
-            self.fault(
-                "E032", f"unknown type `{type_}`", node, f"did you mean {', '.join(close)}?" if close else ""
-            )
+            self.fault("E032", f"unknown type `{type_}`", node, f"did you mean {', '.join(close)}?" if close else "")
         return type_
 
     def params(self, node: Element) -> tuple[Param, ...]:
@@ -156,7 +164,9 @@ class _Reader:
             for p in node.iterfind("param")
         )
 
-    def pattern(self, node: Element, bound: set[str], constants: Mapping[str, str], free: bool = False) -> Pattern | None:
+    def pattern(
+        self, node: Element, bound: set[str], constants: Mapping[str, str], free: bool = False
+    ) -> Pattern | None:
         negated = node.tag == "Inverter"
         if negated:
             node = node[0]
@@ -193,7 +203,10 @@ class _Reader:
                     return None
             elif arg not in constants:
                 self.fault(
-                    "E035", f"`{arg}` is neither a {{parameter}} nor a declared constant", node, f"write {{{arg}}}?"
+                    "E035",
+                    f"`{arg}` is neither a {{parameter}} nor a declared constant",
+                    node,
+                    f"write {{{arg}}}?",
                 )
                 return None
         return Pattern(name, args, negated, _line(node))
@@ -232,7 +245,7 @@ class _Reader:
 
 
 def _line(node: Element) -> int:
-    return int(node.sourceline or 0)
+    return line_of(node)
 
 
 def check_library(library: Library) -> Iterator[Diagnostic]:
@@ -248,6 +261,7 @@ def check_library(library: Library) -> Iterator[Diagnostic]:
                     f"`{t.name}` brings about `{p.name}`, which no template needs and no goal may name",
                     Span(library.source, p.line),
                     help='mark the condition goal="true", or remove the effect',
+                    severity=Severity.WARNING,
                 )
         clash = _contradiction(library, t)
         if clash is not None:
@@ -256,6 +270,7 @@ def check_library(library: Library) -> Iterator[Diagnostic]:
                 f"`{t.name}` can never apply: {clash}",
                 Span(library.source, t.line),
                 help="of the values of one state variable at most one holds at a time",
+                severity=Severity.WARNING,
             )
 
 
@@ -272,9 +287,7 @@ def _contradiction(library: Library, template: Template) -> str | None:
                 keys_a, keys_b = _keys(v, a), _keys(v, b)
                 if keys_a is not None and keys_a == keys_b and (a.name, a.args) != (b.name, b.args):
                     upward = [q.upward for q in library.conditions[a.name].params]
-                    if a.name == b.name and all(
-                        x == y or up for x, y, up in zip(a.args, b.args, upward, strict=True)
-                    ):
+                    if a.name == b.name and all(x == y or up for x, y, up in zip(a.args, b.args, upward, strict=True)):
                         continue
                     return f"{a.name} and {b.name} are values of the state variable `{v.name}`"
     return None

@@ -80,9 +80,7 @@ class Domain:
             if declared is None:
                 continue
             for arg, param in zip(fact.args, declared.params, strict=True):
-                if arg not in self.types and (
-                    arg not in new or self.library.is_a(param.type, new[arg])
-                ):
+                if arg not in self.types and (arg not in new or self.library.is_a(param.type, new[arg])):
                     new[arg] = param.type
         if not new and fixed == self.fixed:
             return self

@@ -14,11 +14,12 @@ import numpy as np
 from llmbt.progress import Progress
 from llmbt_atl.library import Library, load_library
 from llmbt_atl.state import Domain, domain_of
-from llmbt_ir.condition import Condition
+from llmbt_ir.condition import Goals
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, nearest
 from llmbt_ir.scene import Scene, to_semantic_map
 from llmbt_ir.semantic_map import write_map
-from llmbt_ir.tree_xml import TreeFile, parse_tree
+from llmbt_ir.tree import goals_of
+from llmbt_ir.tree_xml import GoalRecord, TreeFile, parse_tree
 from llmbt_ir.versions import VersionStore, sha256, write_atomic
 from llmbt_runtime.disturbance import draw, symbolic_events
 from llmbt_runtime.executor import Settings, execute
@@ -50,9 +51,9 @@ def exit_code_of(outcome: Outcome) -> ExitCode:
     return ExitCode.INTERRUPTED if outcome is Outcome.INTERRUPTED else ExitCode.NO_SUCCESS
 
 
-def load_tree(data: bytes, source: str, scene: Scene) -> tuple[TreeFile, Library, Domain, tuple[Condition, ...]]:
-    """A tree with the library and the domain of its scene, and its goals: those its provenance names, or else the
-    heads of its root's children. E055 where it names a thing that the scene does not have, E058 without goals."""
+def load_tree(data: bytes, source: str, scene: Scene) -> tuple[TreeFile, Library, Domain, Goals]:
+    """A tree with the library and the domain of its scene, and its goals: those its provenance names, or else those
+    that the tree states. E055 where it names a thing that the scene does not have, E058 without goals."""
     library = load_library(scene.library, beside=Path(scene.source).parent)
     file = parse_tree(data, source, signatures_of(library))
     domain = domain_of(library, to_semantic_map(scene))
@@ -74,14 +75,21 @@ def load_tree(data: bytes, source: str, scene: Scene) -> tuple[TreeFile, Library
                 faults.append(Diagnostic("E059", title, file.line(node.id)))
     if faults:
         raise LlmbtError(*faults[:10])
-    goals = file.goals or file.tree.goal_conditions()
-    if not goals:
-        raise LlmbtError(Diagnostic("E058", "the tree has no goal conditions", file.line(file.tree.root)))
+    try:
+        goals = file.goals or goals_of(file.tree)
+    except ValueError as fault:
+        raise LlmbtError(Diagnostic("E058", str(fault), file.line(file.tree.root))) from None
     return file, library, domain, goals
 
 
 def execute_tree(
-    data: bytes, source: str, folder: Path, order: Order, progress: Progress, *, extra: Mapping[str, Any] | None = None
+    data: bytes,
+    source: str,
+    folder: Path,
+    order: Order,
+    progress: Progress,
+    *,
+    extra: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Execute a tree in `folder`, which holds it as its newest version already or gets it as v000.
 
@@ -124,7 +132,7 @@ def execute_tree(
     return document
 
 
-def _run_folder(data: bytes, file: TreeFile, library: Library, folder: Path, goals: tuple[Condition, ...]) -> RunFolder:
+def _run_folder(data: bytes, file: TreeFile, library: Library, folder: Path, goals: Goals) -> RunFolder:
     """The folder's versions: those of the compile that wrote this very tree, or this tree copied as v000."""
     store = VersionStore(folder)
     versions = store.versions()
@@ -132,17 +140,25 @@ def _run_folder(data: bytes, file: TreeFile, library: Library, folder: Path, goa
         number = versions[-1].number
     elif versions:
         raise LlmbtError(
-            Diagnostic("E010", f"`{folder}` holds another run", help="give an empty folder"), exit_code=ExitCode.USAGE
+            Diagnostic("E010", f"`{folder}` holds another run", help="give an empty folder"),
+            exit_code=ExitCode.USAGE,
         )
     else:
         number = 0
-        record = {"parent": None, "parent_sha256": file.provenance.parent_sha256, "from": Path(file.source).name}
+        record = {
+            "parent": None,
+            "parent_sha256": file.provenance.parent_sha256,
+            "from": Path(file.source).name,
+        }
         store.append(data, record, 0)
-    told = file.provenance.goals or tuple((f"g{i}", str(g), "") for i, g in enumerate(goals, 1))
+    told = file.provenance.goals or tuple(
+        GoalRecord(f"g{i}", g, alternative=k)
+        for i, (k, g) in enumerate(((k, g) for k, alternative in enumerate(goals, 1) for g in alternative), 1)
+    )
     return RunFolder(folder, signatures_of(library), told, number, sha256(data), f"tree.v{number:03d}.xml")
 
 
-def _world(order: Order, domain: Domain, goals: tuple[Condition, ...], names: tuple[str, ...]) -> World:
+def _world(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
     made: dict[str, Callable[[], World]] = {
         "symbolic": lambda: _symbolic(order, domain, goals, names),
         "bullet": lambda: _bullet(order, goals, names),
@@ -150,17 +166,17 @@ def _world(order: Order, domain: Domain, goals: tuple[Condition, ...], names: tu
     return made[order.world]()
 
 
-def _symbolic(order: Order, domain: Domain, goals: tuple[Condition, ...], names: tuple[str, ...]) -> World:
+def _symbolic(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
     facts = facts_of_map(domain, to_semantic_map(order.scene))
     there = domain.for_state(facts)
     rng = np.random.default_rng((order.seed, 0x5EED))
-    return SymbolicWorld(there, facts, rng, events=symbolic_events(names, there, facts, goals, rng))
+    return SymbolicWorld(there, facts, rng, events=symbolic_events(names, there, facts, goals[0], rng))
 
 
-def _bullet(order: Order, goals: tuple[Condition, ...], names: tuple[str, ...]) -> World:
+def _bullet(order: Order, goals: Goals, names: tuple[str, ...]) -> World:
     from llmbt_runtime.bullet.world import BulletWorld
 
-    return BulletWorld(order.scene, order.seed, goals=goals)
+    return BulletWorld(order.scene, order.seed, goals=goals[0])
 
 
 def _picture(world: World, folder: Path, name: str, order: Order) -> None:
@@ -170,5 +186,3 @@ def _picture(world: World, folder: Path, name: str, order: Order) -> None:
 
     assert isinstance(world, BulletWorld)
     world.render_png(folder / f"{order.picture.stem}.{name}.png")
-
-

@@ -15,7 +15,13 @@ quiet = click.option("-q", "--quiet", is_flag=True, envvar="LLMBT_QUIET", help="
 force = click.option("--force", is_flag=True, help="Replace what an earlier run left in DIR.")
 scene_option = click.option("--scene", required=True, envvar="LLMBT_SCENE", help="A shipped scene's name, or a file.")
 out_folder = click.option(
-    "-o", "--out", "folder", required=True, type=click.Path(path_type=Path), metavar="DIR", help="An empty folder."
+    "-o",
+    "--out",
+    "folder",
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="An empty folder.",
 )
 
 

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from llmbt_runtime.outcome import Happening
 
-__all__ = ["Progress"]
+if TYPE_CHECKING:
+    from llmbt_compiler.keywords.train import Progress as TrainingProgress
+
+__all__ = ["Progress", "training_bar"]
 
 STYLES = {
     "started": ("dim", "  "),
@@ -47,3 +52,24 @@ class Progress:
         """Any other line."""
         if self._print is not None:
             self._print(text, markup=False)
+
+
+@contextmanager
+def training_bar(*, quiet: bool) -> Iterator[Callable[[TrainingProgress], None]]:
+    """A bar over the batches of a training run, with the loss and, after an epoch, the figures outside."""
+    if quiet:
+        yield lambda _: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    with Bar(console=Console(file=sys.stderr)) as bar:
+        task = bar.add_task("training", total=None)
+
+        def show(at: TrainingProgress) -> None:
+            text = f"epoch {at.epoch}, loss {at.loss:.3f}"
+            if at.dev is not None:
+                bar.console.print(f"epoch {at.epoch}: F1 outside {at.dev.scores.f1:.3f}")
+            bar.update(task, completed=at.done, total=at.total, description=text)
+
+        yield show

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-__all__ = ["ActionCall", "Condition", "Facts", "holds", "show"]
+__all__ = ["ActionCall", "Condition", "Facts", "Goals", "all_hold", "holds", "satisfied", "show"]
 
 
 def show(name: str, args: tuple[str, ...]) -> str:
@@ -59,3 +59,12 @@ class ActionCall:
 def all_hold(conditions: Iterable[Condition], facts: Facts) -> bool:
     """Whether every literal holds in a state."""
     return all(holds(c, facts) for c in conditions)
+
+
+Goals = tuple[tuple[Condition, ...], ...]
+"""What is to be reached, in disjunctive normal form: alternatives, each a conjunction of literals."""
+
+
+def satisfied(goals: Goals, facts: Facts) -> bool:
+    """Whether one of the alternatives holds."""
+    return any(all_hold(alternative, facts) for alternative in goals)

@@ -17,7 +17,7 @@ from types import MappingProxyType
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
 from llmbt_ir.geometry import Pose, quat_from_yaw, yaw_from_quat
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
-from llmbt_ir.xml import Element, parse_xml, read_bytes
+from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes
 
 __all__ = [
     "COLOURS",
@@ -183,9 +183,7 @@ class Scene:
         found = [
             p
             for p in self.places
-            if p.surface_m is not None
-            and p.covers(x_m, y_m)
-            and abs(bottom_m - p.surface_m[2]) <= SUPPORT_TOLERANCE_M
+            if p.surface_m is not None and p.covers(x_m, y_m) and abs(bottom_m - p.surface_m[2]) <= SUPPORT_TOLERANCE_M
         ]
         return max(found, key=lambda p: self.depth(p.id)).id if found else None
 
@@ -297,7 +295,7 @@ class _Reader:
         )
 
     def claim(self, node: Element) -> str:
-        id_, line = node.get("id", ""), int(node.sourceline or 0)
+        id_, line = node.get("id", ""), line_of(node)
         if id_ in self.lines:
             self.fault("E020", f"id `{id_}` is used twice, first in line {self.lines[id_]}", line)
         self.lines.setdefault(id_, line)
@@ -308,7 +306,7 @@ class _Reader:
         if colour not in COLOURS:
             close = nearest(colour, COLOURS)
             hint = f"did you mean {', '.join(close)}?" if close else f"known: {', '.join(COLOURS)}"
-            self.fault("E043", f"unknown colour `{colour}`", int(node.sourceline or 0), hint, close)
+            self.fault("E043", f"unknown colour `{colour}`", line_of(node), hint, close)
         return colour
 
     def fixture(self, node: Element) -> Fixture:
@@ -344,7 +342,7 @@ class _Reader:
         )
 
     def body(self, node: Element, type_: str, places: Mapping[str, ScenePlace]) -> Body:
-        id_, line = self.claim(node), int(node.sourceline or 0)
+        id_, line = self.claim(node), line_of(node)
         size = _triple(node.get("size_m"))
         if min(size[0], size[1]) > MAX_GRASP_M:
             self.fault(

@@ -14,7 +14,7 @@ from lxml import etree
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
 from llmbt_ir.geometry import Pose
-from llmbt_ir.xml import Element, parse_xml, read_bytes
+from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes
 
 __all__ = ["MapObject", "MapPlace", "SemanticMap", "parse_map", "read_map", "write_map"]
 
@@ -126,7 +126,7 @@ def parse_map(data: bytes, source: str = "map.xml") -> SemanticMap:
     faults: list[Diagnostic] = []
 
     def claim(node: Element) -> str:
-        id_, line = node.get("id", ""), int(node.sourceline or 0)
+        id_, line = node.get("id", ""), line_of(node)
         if id_ in lines:
             faults.append(
                 Diagnostic("E020", f"id `{id_}` is used twice, first in line {lines[id_]}", Span(source, line))

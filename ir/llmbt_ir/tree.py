@@ -12,9 +12,9 @@ from enum import StrEnum
 from functools import cached_property
 from types import MappingProxyType
 
-from llmbt_ir.condition import ActionCall, Condition
+from llmbt_ir.condition import ActionCall, Condition, Goals
 
-__all__ = ["Kind", "Node", "Tree", "node_id"]
+__all__ = ["Kind", "Node", "Tree", "goal_tree", "goals_of", "node_id"]
 
 
 class Kind(StrEnum):
@@ -50,7 +50,7 @@ def node_id(goal: str, *chain: str) -> str:
     if not chain:
         return goal
     digest = hashlib.blake2s("\0".join((goal, *chain)).encode(), digest_size=4).hexdigest()
-    return f"{goal.split('.')[0]}.{digest}"
+    return f"{goal.split('.', maxsplit=1)[0]}.{digest}"
 
 
 @dataclass(frozen=True)
@@ -138,8 +138,65 @@ class Tree:
         nodes[above.id] = replace(above, children=tuple(c for c in above.children if c != id_))
         return Tree(self.root, nodes)
 
-    def goal_conditions(self) -> tuple[Condition, ...]:
-        """The goals of a tree in the initial form: the heads of the root Sequence's children, or the root's own head."""
-        root = self.nodes[self.root]
-        children = root.children if root.kind is Kind.SEQUENCE else (self.root,)
-        return tuple(h for c in children if (h := self.head(c)) is not None)
+    def has_actions(self) -> bool:
+        """Whether anything in it acts: an initial tree holds goals only."""
+        return any(n.action is not None for n in self.nodes.values())
+
+
+def goal_tree(goals: Goals) -> Tree:
+    """The paper's initial tree: a Sequence `root` of the goal conditions `g1`, `g2`, ..., each once (section IV.C).
+
+    Several alternatives become a Fallback `root` of such Sequences, `alt1`, `alt2`, .... ValueError where there is no
+    goal: an empty Sequence would succeed at once.
+    """
+    if not goals or not all(goals):
+        raise ValueError("a tree needs at least one goal")
+    nodes: list[Node] = []
+    tops: list[Node] = []
+    for k, alternative in enumerate(goals, 1):
+        leaves = [
+            Node(f"g{len(nodes) + i}", Kind.CONDITION, condition=c) for i, c in enumerate(dict.fromkeys(alternative), 1)
+        ]
+        nodes += leaves
+        top = "root" if len(goals) == 1 else f"alt{k}"
+        tops.append(Node(top, Kind.SEQUENCE, tuple(n.id for n in leaves)))
+    if len(tops) > 1:
+        tops.insert(0, Node("root", Kind.FALLBACK, tuple(t.id for t in tops)))
+    return Tree("root", {n.id: n for n in (*tops, *nodes)})
+
+
+MAX_ALTERNATIVES = 256
+
+
+def goals_of(tree: Tree) -> Goals:
+    """The goals that a tree states: of an initial tree the formula it is (Sequence: and, Fallback: or), of a tree that
+    acts the heads of its root's children. Contradictory alternatives are kept out; ValueError where there are more
+    than `MAX_ALTERNATIVES`, or none."""
+    if tree.has_actions():
+        root = tree[tree.root]
+        children = root.children if root.kind is Kind.SEQUENCE else (tree.root,)
+        heads = tuple(h for c in children if (h := tree.head(c)) is not None)
+        goals: Goals = (tuple(dict.fromkeys(heads)),) if heads else ()
+    else:
+        goals = _formula(tree)
+    if not goals or not all(goals):
+        raise ValueError("the tree states no goals")
+    return goals
+
+
+def _formula(tree: Tree) -> Goals:
+    values: dict[str, Goals] = {}
+    for node in reversed(tuple(tree.preorder())):
+        if node.condition is not None:
+            values[node.id] = ((node.condition,),)
+        elif node.kind is Kind.FALLBACK:
+            values[node.id] = tuple(dict.fromkeys(a for c in node.children for a in values[c]))
+        else:
+            product: Goals = ((),)
+            for child in node.children:
+                product = tuple((*left, *right) for left in product for right in values[child])
+                if len(product) > MAX_ALTERNATIVES:
+                    raise ValueError(f"the goals have more than {MAX_ALTERNATIVES} alternatives")
+            values[node.id] = product
+    unique = (tuple(dict.fromkeys(alternative)) for alternative in values[tree.root])
+    return tuple(dict.fromkeys(a for a in unique if not any(~c in a for c in a)))

@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
-from llmbt_ir.condition import ActionCall, Condition
+from llmbt_ir.condition import ActionCall, Condition, Goals
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
 from llmbt_ir.signatures import Signatures
 from llmbt_ir.tree import Kind, Node, Tree, node_id
-from llmbt_ir.xml import Element, parse_xml, read_bytes
+from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes
 
-__all__ = ["SPLIT_DEPTH", "Provenance", "TreeFile", "parse_tree", "read_tree", "write_tree"]
+__all__ = ["SPLIT_DEPTH", "GoalRecord", "Provenance", "TreeFile", "parse_tree", "read_tree", "write_tree"]
 
 SPLIT_DEPTH = 200
 MAIN = "Main"
@@ -27,28 +27,45 @@ MEMORY = {"Sequence": "ReactiveSequence", "Fallback": "ReactiveFallback"}
 
 
 @dataclass(frozen=True, slots=True)
+class GoalRecord:
+    """A goal: the node that stands for it in v000, the words that asked for it, and of which alternative it is."""
+
+    node: str
+    condition: Condition
+    words: str = ""
+    alternative: int = 1
+
+
+@dataclass(frozen=True, slots=True)
 class Provenance:
     """What a tree file says of where it comes from: its version, its parent, its goals, and what changed and why.
 
-    `goals` are (node id, condition, where it was asked for); `entries` are (element, attributes) written in order.
+    `entries` are (element, attributes), written in order.
     """
 
     version: str = "v000"
     parent_sha256: str = ""
-    goals: tuple[tuple[str, str, str], ...] = ()
+    goals: tuple[GoalRecord, ...] = ()
     entries: tuple[tuple[str, tuple[tuple[str, str], ...]], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class TreeFile:
-    """A tree as read: the tree, the line of each node, the goals its provenance names, its version and its parent."""
+    """A tree as read: the tree, the line of each node, the leaves' ports, and what it says of where it comes from."""
 
     tree: Tree
     lines: Mapping[str, int]
     source: str
     signatures: Signatures
     provenance: Provenance = field(default_factory=Provenance)
-    goals: tuple[Condition, ...] = ()
+
+    @property
+    def goals(self) -> Goals:
+        """The goals that the provenance names; empty where it names none."""
+        table: dict[int, list[Condition]] = {}
+        for goal in self.provenance.goals:
+            table.setdefault(goal.alternative, []).append(goal.condition)
+        return tuple(tuple(table[k]) for k in sorted(table))
 
     def line(self, id_: str) -> Span:
         """The span of a node."""
@@ -60,7 +77,10 @@ class TreeFile:
 
 def write_tree(tree: Tree, signatures: Signatures, provenance: Provenance | None = None) -> bytes:
     """The canonical XML of a tree: the same tree and provenance give the same bytes."""
-    lines = ['<?xml version="1.0" encoding="UTF-8"?>', f'<root BTCPP_format="4" main_tree_to_execute="{MAIN}">']
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<root BTCPP_format="4" main_tree_to_execute="{MAIN}">',
+    ]
     pending = [(MAIN, tree.root)]
     used_conditions: set[str] = set()
     used_actions: set[str] = set()
@@ -133,8 +153,10 @@ def _provenance(provenance: Provenance) -> Iterator[str]:
     if provenance.parent_sha256:
         head.append(("parent_sha256", provenance.parent_sha256))
     yield f"  <Provenance{_attributes(head)}>"
-    for id_, condition, words in provenance.goals:
-        yield f"    <Goal{_attributes([('id', id_), ('condition', condition), ('words', words)])}/>"
+    for goal in provenance.goals:
+        pairs = [("id", goal.node), ("condition", str(goal.condition))]
+        pairs += [("alternative", str(goal.alternative))] if goal.alternative > 1 else []
+        yield f"    <Goal{_attributes([*pairs, ('words', goal.words)])}/>"
     for element, attributes in provenance.entries:
         yield f"    <{escape(element)}{_attributes(attributes)}/>"
     yield "  </Provenance>"
@@ -169,7 +191,7 @@ class _TreeReader:
         self.faults: list[Diagnostic] = []
 
     def fault(self, code: str, title: str, node: Element, help_: str = "", candidates: tuple[str, ...] = ()) -> None:
-        span = Span(self.source, int(node.sourceline or 0))
+        span = Span(self.source, line_of(node))
         self.faults.append(Diagnostic(code, title, span, help=help_, candidates=candidates))
 
     def read(self) -> TreeFile:
@@ -189,9 +211,9 @@ class _TreeReader:
         top = self.build(trees, wanted)
         if self.faults or top is None:
             raise LlmbtError(*self.faults[:10])
-        provenance, goals = self.provenance()
+        provenance = self.provenance()
         tree = Tree(top, self.nodes)
-        return TreeFile(tree, self.lines, self.source, self.signatures, provenance, goals)
+        return TreeFile(tree, self.lines, self.source, self.signatures, provenance)
 
     def build(self, trees: Mapping[str, Element], main: str) -> str | None:
         """Build the table without recursing: elements are visited in pre-order, children filled in as they end."""
@@ -229,7 +251,7 @@ class _TreeReader:
                 self.fault("E057", f"id `{node.id}` is used twice, first in line {self.lines[node.id]}", element)
                 continue
             self.nodes[node.id] = node
-            self.lines[node.id] = int(element.sourceline or 0)
+            self.lines[node.id] = line_of(element)
             if parent is None:
                 top = node.id
             else:
@@ -237,8 +259,9 @@ class _TreeReader:
             if node.kind in (Kind.SEQUENCE, Kind.FALLBACK):
                 children[node.id] = []
                 below = list(element)
-                for i in range(len(below) - 1, -1, -1):
-                    stack.append((below[i], node.id, f"{path}.{i + 1}", within, False))
+                stack.extend(
+                    (below[i], node.id, f"{path}.{i + 1}", within, False) for i in range(len(below) - 1, -1, -1)
+                )
         for id_, found in children.items():
             node = self.nodes[id_]
             self.nodes[id_] = Node(id_, node.kind, tuple(found))
@@ -266,7 +289,10 @@ class _TreeReader:
         for extra in ("name", "ID"):
             if extra not in self.ports(name):
                 ports.pop(extra, None)
-        for kind, table in ((Kind.CONDITION, self.signatures.conditions), (Kind.ACTION, self.signatures.actions)):
+        for kind, table in (
+            (Kind.CONDITION, self.signatures.conditions),
+            (Kind.ACTION, self.signatures.actions),
+        ):
             if name not in table:
                 continue
             if set(ports) != set(table[name]):
@@ -293,30 +319,27 @@ class _TreeReader:
     def ports(self, name: str) -> tuple[str, ...]:
         return self.signatures.conditions.get(name) or self.signatures.actions.get(name) or ()
 
-    def provenance(self) -> tuple[Provenance, tuple[Condition, ...]]:
+    def provenance(self) -> Provenance:
         node = self.root.find("Provenance")
         if node is None:
-            return Provenance(), ()
-        goals, conditions = [], []
+            return Provenance()
+        goals = []
         for g in node.iterfind("Goal"):
-            entry = (str(g.get("id")), str(g.get("condition")), str(g.get("words", "")))
-            goals.append(entry)
-            found = _parse_condition(entry[1])
-            if found is not None and len(self.signatures.conditions.get(found.name, ("",) * 99)) == len(found.args):
-                conditions.append(found)
-            else:
-                self.fault("E055", f"the provenance names an unknown goal `{entry[1]}`", g)
+            text, alternative = str(g.get("condition")), str(g.get("alternative", "1"))
+            found = _parse_condition(text)
+            ports = self.signatures.conditions.get(found.name) if found else None
+            if found is None or ports is None or len(ports) != len(found.args) or not alternative.isdigit():
+                self.fault("E055", f"the provenance names an unknown goal `{text}`", g)
+                continue
+            goals.append(GoalRecord(str(g.get("id")), found, str(g.get("words", "")), int(alternative)))
         if self.faults:
             raise LlmbtError(*self.faults)
-        provenance = Provenance(
+        return Provenance(
             node.get("version", "v000"),
             node.get("parent_sha256", ""),
             tuple(goals),
-            tuple(
-                (str(e.tag), tuple((str(k), str(v)) for k, v in e.attrib.items())) for e in node if e.tag != "Goal"
-            ),
+            tuple((str(e.tag), tuple((str(k), str(v)) for k, v in e.attrib.items())) for e in node if e.tag != "Goal"),
         )
-        return provenance, tuple(conditions)
 
 
 def _parse_condition(text: str) -> Condition | None:
@@ -335,4 +358,3 @@ def _model_of(root: Element) -> Signatures:
         for n in root.iterfind(f"TreeNodesModel/{kind}"):
             table[str(n.get("ID"))] = tuple(str(p.get("name")) for p in n if p.tag in ("input_port", "inout_port"))
     return Signatures(conditions, actions)
-

@@ -97,7 +97,12 @@ class VersionStore:
         sidecar = path.with_suffix(".json")
         if sidecar.exists():
             raise FileExistsError(sidecar)
-        whole = {"schema_version": 1, "version": version_name(number), "file": path.name, "sha256": sha256(tree_xml)}
+        whole = {
+            "schema_version": 1,
+            "version": version_name(number),
+            "file": path.name,
+            "sha256": sha256(tree_xml),
+        }
         whole.update(record)
         write_atomic(path, tree_xml)
         write_atomic(sidecar, (json.dumps(whole, indent=1, ensure_ascii=False) + "\n").encode())

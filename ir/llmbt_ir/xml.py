@@ -18,7 +18,7 @@ from lxml import etree
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 
-__all__ = ["MAX_BYTES", "MAX_DEPTH", "parse_xml", "read_bytes", "schema_of"]
+__all__ = ["MAX_BYTES", "MAX_DEPTH", "line_of", "parse_xml", "read_bytes", "schema_of"]
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_DEPTH = 10_000
@@ -32,9 +32,7 @@ def read_bytes(path: Path, what: str) -> bytes:
         if path.is_dir():
             raise IsADirectoryError(f"{path} is a folder")
         if size > MAX_BYTES:
-            raise LlmbtError(
-                Diagnostic("E002", f"{what} is larger than {MAX_BYTES // 2**20} MiB", Span(str(path)))
-            )
+            raise LlmbtError(Diagnostic("E002", f"{what} is larger than {MAX_BYTES // 2**20} MiB", Span(str(path))))
         return path.read_bytes()
     except OSError as fault:
         siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
@@ -48,6 +46,12 @@ def read_bytes(path: Path, what: str) -> bytes:
                 candidates=tuple(close),
             )
         ) from None
+
+
+def line_of(element: Element) -> int:
+    """The line on which an element begins, from 1; 0 where it is not known."""
+    line = element.sourceline
+    return line if isinstance(line, int) else 0
 
 
 def _refuse(source: str, code: str, title: str, line: int = 0, hint: str = "", text: str = "") -> LlmbtError:
@@ -143,5 +147,7 @@ def _plain(message: str) -> str:
     message = re.sub(r"^Element (\S+) failed to validate content$", r"<\1> has something it may not have", message)
     message = re.sub(r"^Did not expect element (\S+) there$", r"<\1> may not stand here", message)
     return re.sub(
-        r"^Invalid attribute (\S+) for element (\S+)$", r"<\2> has no attribute `\1`, or not with this value", message
+        r"^Invalid attribute (\S+) for element (\S+)$",
+        r"<\2> has no attribute `\1`, or not with this value",
+        message,
     )

@@ -69,7 +69,11 @@ class _Setting:
 
 
 def symbolic_events(
-    names: tuple[str, ...], domain: Domain, facts: Facts, goals: tuple[Condition, ...], rng: np.random.Generator
+    names: tuple[str, ...],
+    domain: Domain,
+    facts: Facts,
+    goals: tuple[Condition, ...],
+    rng: np.random.Generator,
 ) -> tuple[Event, ...]:
     """The named disturbances as events on facts, each on an event of the task. E062 where one does not apply."""
     setting = _Setting(domain, facts, goals, rng)
@@ -121,7 +125,14 @@ def _obstacle_at_pick(s: _Setting) -> Event | None:
         Condition("Blocks", (OBSTACLE, thing)),
         Condition("Clear", (OBSTACLE,)),
     }
-    return Event(1, frozenset({clear}), adds, (Condition("Holding", (first.args[0],)), clear), "obstacle_at_pick", thing)
+    return Event(
+        1,
+        frozenset({clear}),
+        adds,
+        (Condition("Holding", (first.args[0],)), clear),
+        "obstacle_at_pick",
+        thing,
+    )
 
 
 def _placed_object_moved(s: _Setting) -> Event | None:

@@ -11,12 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from llmbt_atl.state import Domain, GroundAction, apply
-from llmbt_ir.condition import ActionCall, Condition, Facts, all_hold, holds
+from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, holds, satisfied
 from llmbt_ir.tree import Tree
 from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
 from llmbt_runtime.search import OutOfBudget, Unsolvable
 from llmbt_runtime.tick import NodeStatus, tick
-from llmbt_runtime.update.loop import Grown, update
+from llmbt_runtime.update.loop import Grown, prune, update
 from llmbt_runtime.update.rollout import perceived
 from llmbt_runtime.world import ActionReport, Status, World
 
@@ -26,7 +26,8 @@ __all__ = ["Change", "Settings", "execute"]
 @dataclass(frozen=True, slots=True)
 class Settings:
     """Limits. `budget` counts state expansions of the search over the whole run; `max_ticks` guards against a world
-    that never comes to an end; `attempts` is how often an action may fail before it is excluded."""
+    that never comes to an end; `attempts` is how often an action may fail before it is excluded; a tree of more than
+    `max_nodes` nodes is pruned of what its certificate does not run."""
 
     budget: int = 200_000
     max_ticks: int = 20_000
@@ -34,6 +35,7 @@ class Settings:
     calm_ticks: int = 3
     patience_ticks: int = 40
     settle_s: float = 0.5
+    max_nodes: int = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +55,7 @@ def execute(
     world: World,
     domain: Domain,
     tree: Tree,
-    goals: tuple[Condition, ...],
+    goals: Goals,
     *,
     keep: Callable[[Change], str],
     tell: Callable[[Happening], None] = lambda _: None,
@@ -75,7 +77,7 @@ class _Run:
         world: World,
         domain: Domain,
         tree: Tree,
-        goals: tuple[Condition, ...],
+        goals: Goals,
         keep: Callable[[Change], str],
         tell: Callable[[Happening], None],
         settings: Settings,
@@ -166,7 +168,12 @@ class _Run:
         if report.status is Status.SUCCESS and missing:
             result, reason = "FAILURE", f"post_not_reached: {missing[0]}"
         self.executed.append(Executed(action.call, result, reason, since, self.world.time_s))
-        self.say("ended", f"{action.call}: {result}" + (f" ({reason})" if reason else ""), result=result, reason=reason)
+        self.say(
+            "ended",
+            f"{action.call}: {result}" + (f" ({reason})" if reason else ""),
+            result=result,
+            reason=reason,
+        )
         if result == "SUCCESS":
             self.failures.pop(action.call, None)
             if self.believed is not None:
@@ -221,7 +228,7 @@ class _Run:
         # the tree does not serve: stop, and let things come to rest before anything is concluded
         self.stop("the tree no longer leads to the goals")
         facts = self.calm()
-        if all_hold(self.goals, facts):
+        if satisfied(self.goals, facts):
             self.accept(facts)
             return None
         found = self.updated(facts)
@@ -253,10 +260,25 @@ class _Run:
         began, ended = (frozenset(), frozenset()) if first else (facts - self.expected, self.expected - facts)
         cause = "the goals do not hold yet" if first else self.cause(began, ended)
         version = self.keep(Change(self.ticks, self.world.time_s, cause, began, ended, facts, found))
+        self.put(found, facts, version, cause)
+        if len(self.tree) > self.settings.max_nodes:
+            self.prune(found, facts)
+
+    def put(self, found: Grown, facts: Facts, version: str, cause: str) -> None:
         self.tree = found.tree
         self.updates += 1
         self.accept(facts)
         self.say("update", f"{version}: {cause}", version=version, steps=len(found.steps), nodes=len(found.tree))
+
+    def prune(self, found: Grown, facts: Facts) -> None:
+        """Take out what the certificate does not run, as a version of its own."""
+        excluded = frozenset(self.excluded)
+        smaller = prune(self.tree, self.domain, facts, self.goals, found.certificate, excluded=excluded)
+        if smaller is not None:
+            cause = f"the tree has {len(self.tree)} nodes, more than {self.settings.max_nodes}"
+            nothing: Facts = frozenset()
+            version = self.keep(Change(self.ticks, self.world.time_s, cause, nothing, nothing, facts, smaller))
+            self.put(smaller, facts, version, cause)
 
     def updated(self, facts: Facts) -> Grown | Unsolvable | OutOfBudget | None:
         """What the update loop says of the tree from these facts; None where it serves as it is."""
@@ -310,7 +332,7 @@ class _Run:
         self.world.settle(self.settings.settle_s)
         self.note_disturbances()
         truth = self.world.truth()
-        if all_hold(self.goals, truth):
+        if satisfied(self.goals, truth):
             return self.end(Outcome.SUCCESS, "")
         self.believed = None
         self.ticks += 1
@@ -322,7 +344,7 @@ class _Run:
         return Result(
             outcome,
             reason,
-            tuple((g, holds(g, truth)) for g in self.goals),
+            tuple((g, k, holds(g, truth)) for k, goals in enumerate(self.goals, 1) for g in goals),
             tuple(self.executed),
             self.updates,
             self.ticks,
@@ -341,8 +363,6 @@ class _Run:
 
     def say(self, kind: str, text: str, **details: object) -> None:
         self.tell(Happening(kind, self.world.time_s, text, details))
-
-
 
 
 def _some(facts: Facts) -> str:

@@ -48,11 +48,12 @@ class Happening:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What an execution came to. `updates` counts installed changes of the tree."""
+    """What an execution came to. `goals` are (literal, number of its alternative from 1, whether it holds);
+    `updates` counts installed changes of the tree."""
 
     outcome: Outcome
     reason: str
-    goals: tuple[tuple[Condition, bool], ...]
+    goals: tuple[tuple[Condition, int, bool], ...]
     actions: tuple[Executed, ...]
     updates: int
     ticks: int

@@ -11,7 +11,7 @@ from typing import Any
 from llmbt_atl.library import Library
 from llmbt_ir.condition import Condition
 from llmbt_ir.signatures import Signatures
-from llmbt_ir.tree_xml import Provenance, write_tree
+from llmbt_ir.tree_xml import GoalRecord, Provenance, write_tree
 from llmbt_ir.versions import VersionStore, sha256, version_name, write_atomic
 from llmbt_runtime.executor import Change
 from llmbt_runtime.outcome import Happening, Result
@@ -35,7 +35,7 @@ class RunFolder:
 
     folder: Path
     signatures: Signatures
-    goals: tuple[tuple[str, str, str], ...]
+    goals: tuple[GoalRecord, ...]
     number: int
     parent_sha256: str
     parent_file: str
@@ -104,7 +104,12 @@ def _failed(steps: tuple[Step, ...]) -> str:
 
 
 def _step_record(step: Step) -> dict[str, Any]:
-    record: dict[str, Any] = {"kind": step.kind, "node": step.node, "condition": step.condition, "action": step.action}
+    record: dict[str, Any] = {
+        "kind": step.kind,
+        "node": step.node,
+        "condition": step.condition,
+        "action": step.action,
+    }
     if step.before:
         record["before"] = step.before
     if step.alternatives:
@@ -114,7 +119,13 @@ def _step_record(step: Step) -> dict[str, Any]:
 
 
 def result_document(
-    result: Result, world: World | None, *, versions: int, seed: int, wall_time_s: float, extra: Mapping[str, Any]
+    result: Result,
+    world: World | None,
+    *,
+    versions: int,
+    seed: int,
+    wall_time_s: float,
+    extra: Mapping[str, Any],
 ) -> dict[str, Any]:
     """`result.json`: only `wall_time_s` may differ between equal runs."""
     objects = world.objects() if world else {}
@@ -122,7 +133,7 @@ def result_document(
     document: dict[str, Any] = {
         "schema_version": 1,
         "outcome": result.outcome.value,
-        "goals": [{"name": g.name, "args": list(g.args), "holds": h} | _negation(g) for g, h in result.goals],
+        "goals": [_goal(*entry) for entry in result.goals],
         "updates": result.updates,
         "versions": versions,
         "ticks": result.ticks,
@@ -163,8 +174,13 @@ def result_document(
     return document
 
 
-def _negation(goal: Condition) -> dict[str, bool]:
-    return {"negated": True} if goal.negated else {}
+def _goal(goal: Condition, alternative: int, holds: bool) -> dict[str, Any]:
+    record: dict[str, Any] = {"name": goal.name, "args": list(goal.args), "holds": holds}
+    if goal.negated:
+        record["negated"] = True
+    if alternative > 1:
+        record["alternative"] = alternative
+    return record
 
 
 def write_result(folder: Path, document: Mapping[str, Any]) -> None:

@@ -82,7 +82,9 @@ def _shipped() -> Finding:
 
     tapes = len(list(shipped("llm_cassettes").glob("**/*.yaml")))
     text = f"{len(scene_names())} scenes, {len(library_names())} libraries, {tapes} recordings"
-    return Finding("shipped files", bool(scene_names() and library_names() and tapes), text, "install the package again")
+    return Finding(
+        "shipped files", bool(scene_names() and library_names() and tapes), text, "install the package again"
+    )
 
 
 CHECKS: tuple[Callable[[], Finding], ...] = (

@@ -31,9 +31,7 @@ def chain_tree(goals: tuple[Condition, ...], plan: tuple[GroundAction, ...]) -> 
     branches = [top.id]
     for i in range(len(plan) - 1, -1, -1):
         chain = ("chain", *(str(a) for a in plan[i:]))
-        leaves = [
-            Node(node_id("root", *chain, str(c)), Kind.CONDITION, condition=c) for c in rows[i]
-        ]
+        leaves = [Node(node_id("root", *chain, str(c)), Kind.CONDITION, condition=c) for c in rows[i]]
         act = Node(node_id("root", *chain, "!"), Kind.ACTION, action=plan[i].call)
         row = Node(node_id("root", *chain), Kind.SEQUENCE, (*(n.id for n in leaves), act.id))
         nodes += [row, *leaves, act]

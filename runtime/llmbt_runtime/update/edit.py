@@ -5,22 +5,13 @@ Each returns a new tree. Ids follow from the condition's own id and the action, 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 from llmbt_atl.state import GroundAction
 from llmbt_ir.condition import Condition
 from llmbt_ir.tree import Kind, Node, Tree, node_id
 
-__all__ = ["achievers_in", "expand", "goal_tree", "protected", "remove_achiever"]
-
-
-def goal_tree(goals: Iterable[Condition]) -> Tree:
-    """The paper's initial tree: a Sequence of the goal conditions, each once (section IV.C)."""
-    unique = tuple(dict.fromkeys(goals))
-    leaves = [Node(f"g{i}", Kind.CONDITION, condition=c) for i, c in enumerate(unique, 1)]
-    root = Node("root", Kind.SEQUENCE, tuple(n.id for n in leaves))
-    return Tree(root.id, {n.id: n for n in (root, *leaves)})
+__all__ = ["achievers_in", "expand", "protected", "remove_achiever"]
 
 
 def _branch(condition_id: str, action: GroundAction) -> tuple[Node, tuple[Node, ...]]:
@@ -100,7 +91,7 @@ def ancestor_conditions(tree: Tree, condition_id: str) -> tuple[str, ...]:
     child = condition_id
     for ancestor in tree.ancestors(condition_id):
         node = tree[ancestor]
-        if node.kind is Kind.FALLBACK and node.children[0] != child:
+        if node.kind is Kind.FALLBACK and node.children[0] != child and tree[node.children[0]].condition is not None:
             found.append(node.children[0])
         child = ancestor
-    return tuple(h for h in found if tree[h].condition is not None)
+    return tuple(found)

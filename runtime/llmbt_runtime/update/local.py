@@ -50,14 +50,18 @@ def repair(
     excluded: frozenset[ActionCall] = frozenset(),
     moved: frozenset[Move] = frozenset(),
     prefer: frozenset[ActionCall] = frozenset(),
+    within: str | None = None,
 ) -> Repair | None:
     """The edit for a tree that failed, or None where the local rule knows none.
 
     `h` gives the cost of each literal from the state in which the tree failed, inf where it cannot be reached.
+    `within` confines the edit to a branch: that of the alternative that is to be reached.
     """
-    failed = next((i for i in stuck.record.failed_leaves() if _unexpanded(tree, i)), None)
+    inside = {n.id for n in tree.preorder(within)}
+    leaves = tuple(i for i in stuck.record.failed_leaves() if i in inside and tree[i].condition is not None)
+    failed = next((i for i in leaves if _unexpanded(tree, i)), None)
     if failed is None:
-        return _further(tree, domain, h, _failed_heads(tree, stuck), excluded, prefer)
+        return _further(tree, domain, h, leaves, excluded, prefer)
     cheaper = _cheaper_ancestor(tree, failed, domain, h, excluded, prefer)
     if cheaper is not None:
         return Repair(*cheaper, moved)
@@ -102,7 +106,13 @@ def drop_excluded(tree: Tree, stuck: Stuck) -> tuple[Tree, Step]:
     fallback = tree[tree.parents[branch]]
     head = tree.head(fallback.id)
     call = tree[stuck.record.action].action
-    step = Step("remove", branch, str(head), str(call), reason=f"{call} failed and is excluded until the world changes")
+    step = Step(
+        "remove",
+        branch,
+        str(head),
+        str(call),
+        reason=f"{call} failed and is excluded until the world changes",
+    )
     return remove_achiever(tree, branch), step
 
 
@@ -111,10 +121,6 @@ def _unexpanded(tree: Tree, id_: str) -> bool:
         return False
     parent = tree.parents.get(id_)
     return parent is None or tree[parent].kind is Kind.SEQUENCE
-
-
-def _failed_heads(tree: Tree, stuck: Stuck) -> tuple[str, ...]:
-    return tuple(i for i in stuck.record.failed_leaves() if tree[i].condition is not None)
 
 
 def _cost(h: Costs, action: GroundAction) -> float:
@@ -149,9 +155,7 @@ def _threatened(
     action: GroundAction, guarded: tuple[tuple[str, str, Condition], ...], domain: Domain
 ) -> tuple[tuple[str, str, Condition], ...]:
     """The guarded heads that an action ends, or that cannot hold together with its preconditions, outermost first."""
-    return tuple(
-        (i, j, f) for i, j, f in guarded if action.falsifies(f) or any(domain.mutex(c, f) for c in action.pre)
-    )
+    return tuple((i, j, f) for i, j, f in guarded if action.falsifies(f) or any(domain.mutex(c, f) for c in action.pre))
 
 
 def _cheaper_ancestor(
@@ -167,13 +171,21 @@ def _cheaper_ancestor(
     below = {failed, *tree.ancestors(failed)}
     for head in ancestor_conditions(tree, failed):
         current = next(
-            (domain.action(node.action) for branch, node in achievers_in(tree, head) if branch in below and node.action),
+            (
+                domain.action(node.action)
+                for branch, node in achievers_in(tree, head)
+                if branch in below and node.action
+            ),
             None,
         )
         if current is None:
             continue
         found = _candidates(tree, head, domain, h, excluded, prefer)
-        if found and _cost(h, found[0]) < _cost(h, current) and not _threatened(found[0], protected(tree, head), domain):
+        if (
+            found
+            and _cost(h, found[0]) < _cost(h, current)
+            and not _threatened(found[0], protected(tree, head), domain)
+        ):
             return expand(tree, head, found[0]), _re_expansion(tree, head, found)
     return None
 
@@ -204,5 +216,3 @@ def _re_expansion(tree: Tree, head: str, found: tuple[GroundAction, ...]) -> Ste
         tuple(str(a) for a in found[1:])[:8],
         reason=f"what the tree has for {condition} does not serve from here; {found[0]} does",
     )
-
-

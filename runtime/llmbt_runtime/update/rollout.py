@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from llmbt_atl.state import Domain, GroundAction, applicable, apply
-from llmbt_ir.condition import ActionCall, Condition, Facts, all_hold, holds
+from llmbt_ir.condition import ActionCall, Facts, Goals, satisfied
 from llmbt_ir.tree import Tree
 from llmbt_runtime.tick import NodeStatus, TickRecord, tick
 
@@ -17,11 +17,12 @@ __all__ = ["Certificate", "Stuck", "StuckKind", "perceived", "rollout"]
 class Certificate:
     """Why a tree will work: from `states[0]` it runs `actions` one after another, and after the last the goals hold.
 
-    `states[k]` is the predicted state before `actions[k]`; no state occurs twice.
+    `states[k]` is the predicted state before `actions[k]`, which node `nodes[k]` runs; no state occurs twice.
     """
 
     actions: tuple[GroundAction, ...]
     states: tuple[Facts, ...]
+    nodes: tuple[str, ...]
 
 
 class StuckKind(StrEnum):
@@ -68,24 +69,24 @@ def rollout(
     tree: Tree,
     domain: Domain,
     facts: Facts,
-    goals: tuple[Condition, ...],
+    goals: Goals,
     *,
     excluded: frozenset[ActionCall] = frozenset(),
     limit: int = 10_000,
 ) -> Certificate | Stuck:
-    """Run a tree in the symbolic world from a state until it returns success with all goals holding.
+    """Run a tree in the symbolic world from a state until it returns success with the goals holding.
 
     Every action is checked to be applicable, not excluded, and not halted by the tree while it is under way. Ends:
     a loop of the state is found at its first repeat, so the rollout ends for every tree.
     """
     state, seen = facts, {facts}
     actions: list[GroundAction] = []
-    states = [facts]
+    states, nodes = [facts], list[str]()
     while True:
         record = tick(tree, state)
         if record.status is NodeStatus.SUCCESS:
-            if all_hold(goals, state):
-                return Certificate(tuple(actions), tuple(states))
+            if satisfied(goals, state):
+                return Certificate(tuple(actions), tuple(states), tuple(nodes))
             return Stuck(StuckKind.GOAL, state, record, tuple(actions))
         if record.status is NodeStatus.FAILURE or record.action is None:
             return Stuck(StuckKind.FAILED, state, record, tuple(actions))
@@ -102,11 +103,7 @@ def rollout(
         state = apply(action, state)
         actions.append(action)
         states.append(state)
+        nodes.append(record.action)
         if state in seen or len(actions) > limit:
             return Stuck(StuckKind.LOOP, state, record, tuple(actions))
         seen.add(state)
-
-
-def failed_goals(goals: tuple[Condition, ...], facts: Facts) -> tuple[Condition, ...]:
-    """The goals that do not hold."""
-    return tuple(g for g in goals if not holds(g, facts))

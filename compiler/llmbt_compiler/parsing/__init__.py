@@ -1,0 +1,30 @@
+"""Keywords to goals: the paper's if-else walk, names held against the map, pick-then-place folded into one
+goal.
+"""
+
+from llmbt_compiler.parsing.build import build_tree
+from llmbt_compiler.parsing.model import (
+    Extent,
+    Goal,
+    LabelledStep,
+    Note,
+    NoteKind,
+    ParseResult,
+    exit_code_of,
+)
+from llmbt_compiler.parsing.say import say, say_goals
+from llmbt_compiler.parsing.walk import parse
+
+__all__ = [
+    "Extent",
+    "Goal",
+    "LabelledStep",
+    "Note",
+    "NoteKind",
+    "ParseResult",
+    "build_tree",
+    "exit_code_of",
+    "parse",
+    "say",
+    "say_goals",
+]

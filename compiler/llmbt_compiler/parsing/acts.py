@@ -1,0 +1,385 @@
+"""What each kind of template makes of a clause: Holding, On, Free or Near, entered into the ledger."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from llmbt_atl.library import Library
+from llmbt_atl.template import Pattern, Role, Template
+
+from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
+from llmbt_compiler.parsing.ground import Grounding, Stop
+from llmbt_compiler.parsing.ledger import Entry
+from llmbt_compiler.parsing.model import Extent, Note, NoteKind
+from llmbt_compiler.parsing.resolve import ANYWHERE, ORIGIN
+from llmbt_compiler.parsing.scene import natural
+from llmbt_compiler.parsing.verbs import Shape, Verb, travel_template
+from llmbt_compiler.parsing.words import lexicon
+
+__all__ = ["Acting", "extent_of"]
+
+_COMMAS = frozenset({"", ",", ".", ":", "and", "then"})
+
+
+@dataclass
+class Acting(Grounding):
+    """The deeds. `named` are places that some step names; `last` and `container` are what
+    "the same" repeats.
+    """
+
+    named: frozenset[str] = frozenset()
+    last: tuple[Template, ...] = ()
+    container: str | None = None
+
+    def travels(self, templates: Sequence[Template]) -> bool:
+        return bool(templates) and self.shape(templates[0]) is Shape.TRAVEL
+
+    def held(self, things: Group, verb: Verb) -> bool:
+        return bool(verb.templates) and bool(things.targets)
+
+    def in_hand(self, things: Group) -> bool:
+        """Whether the targets are held already, or have been dealt with."""
+        ids = [i for p in things.targets for i in self.quiet(p)]
+        return bool(ids) and all(i in self.ledger.handled for i in ids)
+
+    def mention(self, things: Group) -> None:
+        """What a step without a goal speaks of can be referred to."""
+        for phrase in things.phrases:
+            ids = self.quiet(phrase)
+            if ids:
+                self.targets, self.approached, self.lost = (
+                    (ids, self.turn),
+                    ids[0] if len(ids) == 1 else None,
+                    False,
+                )
+            elif phrase.kind == "Destination":
+                self.carry_to(phrase)
+
+    def carry_to(self, phrase: Phrase) -> None:
+        """With something in the hand, a way to a place tells where it is going."""
+        place = self.quiet_place(phrase)
+        if place is not None and place not in {ANYWHERE, ORIGIN} and not phrase.about("home"):
+            self.place = (place, self.turn)
+            if self.ledger.pending:
+                self.ledger.carried = place
+
+    def moves(self, clause: Clause, things: Group) -> None:
+        """The robot moves: Near where the library knows how to go somewhere, else a note."""
+        travel = travel_template(self.scene.library)
+        somewhere = [p for p in (*things.destinations, *things.locations) if not p.about("home")]
+        if travel is not None and somewhere and any(self.quiet_place(p) for p in somewhere):
+            self.travel(clause, travel, replace(things, targets=()))
+            return
+        home = len(somewhere) < len(things.destinations)
+        if travel is not None and somewhere and not home and not any(self.quiet(p) for p in somewhere):
+            self.travel(clause, travel, replace(things, targets=()))
+            return
+        self.mention(things)
+        self.left_out(clause, "changes no goal")
+
+    def travel(self, clause: Clause, template: Template, group: Group) -> None:
+        """Near: whatever phrase there is fills its slot, be it tagged destination or location."""
+        phrases = (*group.destinations, *group.locations)
+        if phrases and all(p.about("home") and self.quiet_place(p) is None for p in phrases):
+            self.left_out(clause, "changes no goal")
+            return
+        if not phrases:
+            self.left_out(clause, "changes no goal")
+            return
+        slot = template.param(Role.LOCATION) or template.param(Role.DESTINATION)
+        pattern = next(p for p in template.post if self.scene.library.conditions[p.name].goal)
+        assert slot is not None
+        for phrase in phrases[:1]:
+            objects = self.quiet(phrase) if self.quiet_place(phrase) is None else ()
+            where = self.ledger.where.get(objects[0]) if len(objects) == 1 else None
+            if objects:
+                self.mention(Group((phrase,)))
+            ids = (where,) if where is not None else self.where_to(phrase).ids
+            if objects and where is None:
+                self.left_out(clause, "changes no goal")
+                return
+            for place in ids:
+                if place in {ANYWHERE, ORIGIN}:
+                    self.left_out(clause, "changes no goal")
+                    continue
+                condition = pattern.bind({slot.name: place})
+                self.ledger.go(Entry(condition, self.now, extent_of(clause, group), place=place))
+                self.place = (place, self.turn)
+                if self.ledger.pending:
+                    self.ledger.carried = place
+
+    def take(self, clause: Clause, template: Template, ids: Sequence[str], *, weak: bool = False) -> None:
+        target = template.param(Role.TARGET)
+        assert target is not None
+        pattern = _goal_pattern(template, self.scene.library, {target.name})
+        assert pattern is not None
+        for i in ids:
+            self.fit(i, target.type, clause.extent)
+            extent = extent_of(clause, Group(tuple(g for g in clause.phrases if g.kind == "Target")))
+            entry = Entry(pattern.bind({target.name: i}), self.now, extent, target=i, weak=weak)
+            self.ledger.take(entry)
+        self.targets, self.lost = (tuple(ids), self.turn), False
+
+    def fit(self, id_: str, type_: str, extent: Extent) -> None:
+        entity, library = self.scene[id_], self.scene.library
+        if entity.type in library.types and not self.scene.is_a(id_, type_):
+            self.complain("E311", f"{id_} is a {entity.type}, not a {type_}", extent, "the library wants another kind")
+            raise Stop
+
+    def pick(self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]) -> None:
+        """A target is taken; a destination with "to" or for somebody makes it a placing."""
+        lex = lexicon()
+        to = [p for p in (*group.destinations, *group.locations) if lex.is_(p.preposition, "onto")]
+        to += [p for p in group.destinations if not p.preposition or p.preposition in _COMMAS]
+        to = [p for p in to if not (p.preposition in _COMMAS and p.extent.start < clause.extent.start)]
+        if to and self.placing() and (group.targets or self.ledger.pending):
+            rest = tuple(p for p in (*group.locations, *group.destinations) if p not in to)
+            self.bring(clause, self.placing(), Group(group.targets, tuple(to), rest), excluded)
+            return
+        locations = (*group.locations, *group.destinations)
+        found = self.objects(clause, group, locations, excluded, picking=True)
+        self.take(clause, templates[0], found.ids)
+
+    def clear(
+        self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
+    ) -> None:
+        """ "Clear position 12" is Free; "remove object 3 from position 22" puts it aside."""
+        template = templates[0]
+        lex = lexicon()
+        away = [p for p in group.destinations if lex.is_(p.preposition, "onto", "at") and group.targets]
+        if away and self.placing():
+            self.bring(clause, self.placing(), replace(group, destinations=tuple(away)), excluded)
+            return
+        locations = (*group.locations, *(p for p in group.destinations if p not in away))
+        place = next((p for p in group.targets if not self.quiet(p) and self.places_of(p)), None)
+        if (place is not None or not group.targets) and (place is not None or locations):
+            self.free(clause, template, [place] if place is not None else list(locations))
+            return
+        found = self.objects(clause, group, locations, excluded, picking=True)
+        target = template.param(Role.TARGET)
+        assert target is not None
+        pattern = next(
+            p for p in template.post if target.name in p.params() and self.scene.library.conditions[p.name].goal
+        )
+        aside = next(p for p in template.params if p.name in pattern.params() and p.name != target.name)
+        buffer = self.scene.buffer(aside.type)
+        if buffer is None:
+            self.complain("E308", f"there is no {aside.type} to put {', '.join(found.ids)} in", clause.extent)
+            raise Stop
+        for i in found.ids:
+            self.fit(i, target.type, clause.extent)
+            condition = pattern.bind({target.name: i, aside.name: buffer})
+            self.ledger.put(Entry(condition, self.now, extent_of(clause, group), target=i, place=buffer))
+        self.place = (buffer, self.turn)
+
+    def free(self, clause: Clause, template: Template, phrases: Sequence[Phrase]) -> None:
+        slot = template.param(Role.LOCATION)
+        assert slot is not None
+        pattern = _goal_pattern(template, self.scene.library, {slot.name})
+        if pattern is None:
+            self.unknown_action(clause, Verb(clause.action, clause.action))
+            return
+        type_ = self.scene.library.conditions[pattern.name].params[0].type
+        for phrase in phrases:
+            for place in self.where_to(phrase).ids:
+                spots = (place,) if self.scene.is_a(place, type_) else self.scene.spots(place, type_)
+                for spot in spots:
+                    extent = clause.extent | phrase.extent
+                    self.ledger.free(Entry(pattern.bind({slot.name: spot}), self.now, extent, place=spot))
+                self.place = (place, self.turn)
+
+    def bring(
+        self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
+    ) -> None:
+        """On: the target, or what is in the hand, comes to the destination."""
+        lex = lexicon()
+        targets, destinations, locations = group.targets, list(group.destinations), list(group.locations)
+        for p in [p for p in destinations if lex.is_(p.preposition, "from")]:
+            destinations.remove(p)
+            locations.append(p)
+        placed_on = [p for p in locations if lex.is_(p.preposition, "at", "onto") and not p.relation]
+        if not destinations and placed_on and not self.all_there(targets, placed_on[-1]):
+            destinations.append(placed_on[-1])
+            locations.remove(placed_on[-1])
+        container = self.outer(destinations, locations)
+        ids, words = self.brought(clause, replace(group, locations=tuple(locations)), excluded)
+        extent = extent_of(clause, group)
+        places = self.aims(clause, templates, destinations, ids, container)
+        self.put(clause, templates, ids, places, extent)
+        self.described = words or self.described
+        self.last = tuple(t for t in templates if self.shape(t) is Shape.PLACE)
+
+    def brought(
+        self, clause: Clause, group: Group, excluded: tuple[Phrase, ...]
+    ) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """What is put: the targets, or what is in the hand."""
+        if group.targets:
+            found = self.objects(clause, group, group.locations, excluded, picking=False)
+            return found.ids, found.words
+        pending = tuple(self.ledger.pending)
+        if pending:
+            self.targets = (pending, self.turn)
+            return pending, ()
+        if self.lost:
+            raise Stop
+        self.complain("E305", "no object is named", clause.extent, "what?", "name the object")
+        raise Stop
+
+    def aims(
+        self,
+        clause: Clause,
+        templates: Sequence[Template],
+        destinations: Sequence[Phrase],
+        ids: tuple[str, ...],
+        container: Phrase | None,
+    ) -> tuple[str, ...]:
+        """The places that the destinations name, or that the verb, the hand or the way gone imply."""
+        if destinations:
+            return tuple(i for p in destinations for i in self.where_to(p, container).ids)
+        if "back" in clause.particles:
+            return (ORIGIN,)
+        if self.ledger.carried is not None and set(ids) <= set(self.ledger.pending):
+            place = self.ledger.carried
+            self.note(NoteKind.INFERRED, f"{', '.join(ids)} is put down at {place}", clause.extent)
+            return (place,)
+        for template in templates:
+            slot = template.param(Role.DESTINATION)
+            buffer = self.scene.buffer(slot.type) if slot is not None else None
+            if (
+                slot is not None
+                and buffer is not None
+                and all(p.buffer for p in self.scene.map.places if self.scene.is_a(p.id, slot.type))
+            ):
+                self.note(NoteKind.CHOSEN, f"no place is named: {buffer}", clause.extent)
+                return (buffer,)
+            if self.shape(template) is Shape.PLACE and "_" in template.name:
+                continue
+            break
+        self.complain(
+            "E305", f"where is {', '.join(ids[:6])} to go?", clause.extent, "no place is named",
+            "name the place",
+        )  # fmt: skip
+        raise Stop
+
+    def put(
+        self,
+        clause: Clause,
+        templates: Sequence[Template],
+        ids: tuple[str, ...],
+        places: tuple[str, ...],
+        extent: Extent | None = None,
+    ) -> None:
+        """Each object to its place: all to one, or in pairs."""
+        extent = extent or clause.extent
+        if len(places) != 1 and len(places) != len(ids):
+            self.complain(
+                "E312", f"{len(ids)} objects and {len(places)} places cannot be paired", extent,
+                f"{', '.join(ids[:6])} | {', '.join(places[:6])}", "name one place for each, or one for all",
+            )  # fmt: skip
+            raise Stop
+        pairs = zip(ids, places if len(places) == len(ids) else places * len(ids), strict=True)
+        for target, place in pairs:
+            self.one(templates, target, place, extent)
+        self.targets = (ids, self.turn)
+
+    def one(self, templates: Sequence[Template], target: str, place: str, extent: Extent) -> None:
+        if place == ORIGIN:
+            start = self.origin.get(target)
+            if start is None:
+                self.complain("E305", f"the map does not say where {target} was", extent, "where?")
+                raise Stop
+            self.note(NoteKind.INFERRED, f"{target} goes back to {start}", extent)
+            place = start
+        template = self.template_for(templates, place)
+        slot, what = template.param(Role.DESTINATION), template.param(Role.TARGET)
+        assert slot is not None
+        assert what is not None
+        self.fit(target, what.type, extent)
+        spot, note = self.spot(target, place, slot.type, extent)
+        pattern = _goal_pattern(template, self.scene.library, {what.name, slot.name})
+        assert pattern is not None
+        condition = pattern.bind({what.name: target, slot.name: spot})
+        old = self.ledger.of(target)
+        inner = old is not None and old.container is not None and self.scene.within(spot, old.container)
+        container = place if note is not None and place != ANYWHERE else None
+        entry = Entry(condition, self.now, extent, target=target, place=spot, container=container, note=note)
+        self.ledger.put(entry, inner=inner)
+        self.container = place if note is not None or not self.scene.single(spot) else None
+        self.place = (container or spot, self.turn)
+
+    def template_for(self, templates: Sequence[Template], place: str) -> Template:
+        """The first template into whose destination a place fits, or has a place that does."""
+        able = [t for t in (*templates, *self.placing()) if self.shape(t) is Shape.PLACE]
+        for template in able:
+            slot = template.param(Role.DESTINATION)
+            if place != ANYWHERE and slot is not None and self.scene.is_a(place, slot.type):
+                return template
+        for template in able:
+            slot = template.param(Role.DESTINATION)
+            if place != ANYWHERE and slot is not None and self.scene.spots(place, slot.type):
+                return template
+        return (
+            next((t for t in able if t not in templates[:1]), able[0])
+            if len(able) > 1 and "_" in able[0].name
+            else able[0]
+        )
+
+    def spot(self, target: str, place: str, type_: str, extent: Extent) -> tuple[str, Note | None]:
+        """The place itself, or the lowest free one within it."""
+        scene, ledger = self.scene, self.ledger
+        if place != ANYWHERE and (scene.is_a(place, type_) or scene[place].type not in scene.library.types):
+            return place, None
+        if place == ANYWHERE:
+            every = (p.id for p in scene.map.places if scene.single(p.id) and scene.is_a(p.id, type_))
+            spots = tuple(sorted(every, key=natural))
+        else:
+            spots = scene.spots(place, type_)
+        name = "the scene" if place == ANYWHERE else place
+        if not spots:
+            self.complain("E302", f"nothing can be put on {name}", extent, f"it has no {type_}")
+            raise Stop
+        here = ledger.where.get(target)
+        if here in spots and here is not None and target not in ledger.pending:
+            return here, Note(self.now.number, NoteKind.CHOSEN, f"{target} is on {name} already: {here}", extent)
+        free = [s for s in spots if not scene.single(s) or not ledger.taken(s, target)]
+        if not free:
+            self.complain(
+                "E308", f"no free position on {name} for {target}", extent, "all are taken",
+                f"{name} has {', '.join(spots[:8])}",
+            )  # fmt: skip
+            raise Stop
+        best = next((s for s in free if s not in self.named), free[0])
+        text = f"{name}: {target} to {best}, the lowest free position"
+        return best, Note(self.now.number, NoteKind.CHOSEN, text, extent)
+
+    def exchange(self, clause: Clause, things: Group) -> None:
+        """ "Swap object 1 and object 3": each goes where the other stands."""
+        ids: list[str] = []
+        for p in things.phrases:
+            at = self.places_of(p) if not self.quiet(p) else ()
+            on = [o for a in at for o, w in self.ledger.where.items() if w == a]
+            ids.extend(on or self.find(p).ids)
+        ids = list(dict.fromkeys(ids))
+        spots = [self.ledger.where.get(i) for i in ids]
+        if len(ids) != 2 or None in spots or not self.placing():
+            self.complain("E305", "a swap takes two objects that stand on places", clause.extent, "which two?")
+            raise Stop
+        extent = extent_of(clause, things)
+        for target, place in zip(ids, reversed(spots), strict=True):
+            self.one(self.placing(), target, str(place), extent)
+        self.targets, self.lost = (tuple(ids), self.turn), False
+
+
+def extent_of(clause: Clause, group: Group) -> Extent:
+    extent = clause.extent
+    for p in group.phrases:
+        extent = extent | p.extent
+    return extent
+
+
+def _goal_pattern(template: Template, library: Library, bound: set[str]) -> Pattern | None:
+    """The first goal of a Post that is about exactly what is bound, or about a part of it."""
+    goals = [p for p in template.post if library.conditions[p.name].goal and p.params()]
+    exact = next((p for p in goals if set(p.params()) == bound), None)
+    return exact or next((p for p in goals if set(p.params()) <= bound), None)

@@ -1,0 +1,335 @@
+"""A step's keywords in clauses: each action with its particle and the phrases that belong to it.
+
+Determiners, quantifiers and prepositions are no keywords (the tagging convention), so they are read from the
+words around a span.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from llmbt_compiler.keywords.labels import KeywordSpan, Kind
+from llmbt_compiler.parsing.model import Extent, LabelledStep
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
+
+__all__ = ["Clause", "Group", "Phrase", "clauses"]
+
+_MARKUP = frozenset("*`\"“”'‘’")
+_TRAIL = 6
+_INNER = frozenset({"on", "in", "at", "of", "inside", "within", "from"})
+
+
+@dataclass(frozen=True, slots=True)
+class Phrase:
+    """A target, destination or location with the words around it that bear on it.
+
+    `parts` are its tokens with the quantifiers before it; `preposition` stands before these; `relation` is a
+    relation word among them ("next", "behind"); `aside` is a parenthesis right after it; `trail` what follows
+    a preposition right after it, as "shelf level 1" in "position 12 on shelf level 1".
+    """
+
+    kind: Kind
+    parts: tuple[Token, ...]
+    extent: Extent
+    preposition: str = ""
+    relation: str = ""
+    aside: tuple[Token, ...] = ()
+    trail: tuple[Token, ...] = ()
+    excluded: bool = False
+    apposed: bool = False
+
+    def about(self, list_name: str) -> bool:
+        """Whether one of its words is in a function-word list."""
+        return any(lexicon().is_(form, list_name) for t in self.parts for form in (t.text, t.text.removesuffix("s")))
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Targets that share their destinations and locations."""
+
+    targets: tuple[Phrase, ...] = ()
+    destinations: tuple[Phrase, ...] = ()
+    locations: tuple[Phrase, ...] = ()
+
+    @property
+    def phrases(self) -> tuple[Phrase, ...]:
+        """All of them."""
+        return (*self.targets, *self.destinations, *self.locations)
+
+
+@dataclass(frozen=True, slots=True)
+class Clause:
+    """One action (None where the step leaves it out) and its phrases, in groups."""
+
+    action: str
+    extent: Extent
+    particles: tuple[str, ...] = ()
+    groups: tuple[Group, ...] = ()
+    negated: bool = False
+    conditional: bool = False
+    exception: tuple[Token, ...] = ()
+
+    @property
+    def phrases(self) -> tuple[Phrase, ...]:
+        """The phrases of all groups."""
+        return tuple(p for g in self.groups for p in g.phrases)
+
+
+@dataclass(frozen=True)
+class _Text:
+    """A step's tokens, and which of them lie in a keyword."""
+
+    step: LabelledStep
+    spans: tuple[KeywordSpan, ...]
+    all: tuple[Token, ...]
+
+    def inside(self, start: int, end: int) -> tuple[Token, ...]:
+        return tuple(t for t in self.all if start <= t.start and t.end <= end)
+
+    def covered(self, t: Token) -> bool:
+        return any(s.start < t.end and t.start < s.end for s in self.spans)
+
+    def before(self, at: int) -> list[Token]:
+        """The free tokens before an offset, nearest first, up to the keyword before."""
+        out: list[Token] = []
+        for t in reversed([t for t in self.all if t.end <= at]):
+            if self.covered(t):
+                break
+            if t.text not in _MARKUP:
+                out.append(t)
+        return out
+
+    def after(self, at: int) -> list[Token]:
+        """The free tokens after an offset, up to the next keyword."""
+        out: list[Token] = []
+        for t in (t for t in self.all if t.start >= at):
+            if self.covered(t):
+                break
+            if t.text not in _MARKUP:
+                out.append(t)
+        return out
+
+
+def _sorted(step: LabelledStep) -> tuple[KeywordSpan, ...]:
+    """The keywords within the text, in order, parts of one name joined, overlaps dropped."""
+    size = len(step.text)
+    found = sorted((s for s in step.spans if 0 <= s.start < s.end <= size), key=lambda s: (s.start, -s.end))
+    out: list[KeywordSpan] = []
+    for s in found:
+        last = out[-1] if out else None
+        if last is not None and s.start < last.end:
+            continue
+        joined = last is not None and s.label is last.label and s.label is not Kind.ACTION
+        if last is not None and joined and not step.text[last.end : s.start].strip():
+            text = step.text[last.start : s.end]
+            out[-1] = replace(last, end=s.end, text=text, confidence=min(last.confidence, s.confidence))
+        else:
+            out.append(s)
+    return tuple(out)
+
+
+def clauses(step: LabelledStep) -> tuple[Clause, ...]:
+    """The clauses of a step, in order. A step without an action is one clause with an empty one."""
+    spans = _sorted(step)
+    text = _Text(step, spans, tokens(step.text))
+    out: list[Clause] = []
+    begin = 0
+    for group, nxt in pairwise([*_grouped(spans), []]):
+        end = nxt[0].start if nxt else len(step.text)
+        clause = _clause(text, group, begin, end)
+        if out and lexicon().is_(out[-1].action.casefold(), "negation"):
+            clause = replace(clause, negated=True)
+        out.append(clause)
+        begin = max((s.end for s in group), default=begin)
+    return tuple(out)
+
+
+def _grouped(spans: Sequence[KeywordSpan]) -> list[list[KeywordSpan]]:
+    """The keywords of each clause. What stands before the first action belongs to it.
+
+    In "object 1 is placed on A and object 2 is placed on B" the second target belongs to the second action.
+    """
+    out: list[list[KeywordSpan]] = [[]]
+    for s in spans:
+        if s.label is Kind.ACTION and any(x.label is Kind.ACTION for x in out[-1]):
+            moved: list[KeywordSpan] = []
+            here = out[-1]
+            first = next(i for i, x in enumerate(here) if x.label is Kind.ACTION)
+            fronted = any(x.label is Kind.TARGET for x in here[:first])
+            if fronted and len(here) > first + 1 and here[-1].label is Kind.TARGET:
+                moved = [here.pop()]
+            out.append(moved)
+        out[-1].append(s)
+    return [g for g in out if g]
+
+
+def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> Clause:
+    action = next((s for s in spans if s.label is Kind.ACTION), None)
+    phrases = [_phrase(text, s) for s in spans if s.label is not Kind.ACTION]
+    missed = _missed(text, action) if not any(p.kind is Kind.TARGET for p in phrases) else None
+    if missed is not None:
+        phrases.insert(0, _phrase(text, missed))
+    extent = Extent(spans[0].start, spans[-1].end)
+    lex = lexicon()
+    start = action.start if action is not None else end
+    lead = [t for t in text.all if begin <= t.start and t.end <= start and not text.covered(t)]
+    tail = [t for t in text.all if action and action.end <= t.start and t.end <= end and not text.covered(t)]
+    own = lead[1:] if begin and lead and lex.is_(lead[0].text, "conditional") else lead
+    own = [*own, *tail] if end == len(text.step.text) else own
+    conditional = any(lex.is_(t.text, "conditional") for t in own) or _in_case(lead)
+    excepted = [i for i, t in enumerate(tail) if lex.is_(t.text, "except")]
+    exception = tuple(tail[excepted[0] + 1 :]) if excepted else ()
+    if any(p.excluded for p in phrases):
+        exception = ()
+    return Clause(
+        action.text if action is not None else "",
+        Extent(action.start, action.end) if action is not None else extent,
+        _particles(text, action, phrases),
+        _groups(phrases),
+        any(lex.is_(t.text, "negation") for t in lead[-3:]),
+        conditional,
+        exception,
+    )
+
+
+def _missed(text: _Text, action: KeywordSpan | None) -> KeywordSpan | None:
+    """A pronoun right after the verb that the tagger left unlabelled: "bring it", "move
+    everything on ...".
+    """
+    free = text.after(action.end) if action is not None else []
+    while free and lexicon().is_(free[0].text, "particles"):
+        free.pop(0)
+    if not free or free[0].text not in {"it", "them", "everything"}:
+        return None
+    return KeywordSpan(free[0].start, free[0].end, Kind.TARGET, free[0].text)
+
+
+def _in_case(lead: Sequence[Token]) -> bool:
+    return any(a.text == "in" and b.text == "case" for a, b in pairwise(lead))
+
+
+def _particles(text: _Text, action: KeywordSpan | None, phrases: Sequence[Phrase]) -> tuple[str, ...]:
+    """ "up" of "pick up", "down" of "put it down", "back" of "put it back on": after the verb or after its
+    target.
+    """
+    if action is None:
+        return ()
+    found: list[str] = []
+    targets = [p.extent.end for p in phrases if p.kind is Kind.TARGET and p.extent.start >= action.end][:1]
+    for at in (action.end, *targets):
+        for t in text.after(at)[:2]:
+            if not lexicon().is_(t.text, "particles"):
+                break
+            found.append(t.text)
+    return tuple(found)
+
+
+def _groups(phrases: Sequence[Phrase]) -> tuple[Group, ...]:
+    """Targets with what belongs to them: "A on x and B on y" are two groups, "give Bob A and Ann B" too."""
+    groups: list[list[Phrase]] = [[]]
+    seen = [p.kind for p in phrases if p.kind is not Kind.LOCATION]
+    first = seen[0] if seen else Kind.TARGET
+    ordered = first is Kind.DESTINATION and seen.count(Kind.DESTINATION) > 1 and seen.count(Kind.TARGET) > 1
+    opener = Kind.DESTINATION if ordered else Kind.TARGET
+    for p in phrases:
+        here = groups[-1]
+        opened = any(x.kind is opener for x in here)
+        closed = any(x.kind is not opener for x in here[_first(here, opener) :])
+        if p.kind is opener and opened and closed and not p.excluded:
+            groups.append([])
+        groups[-1].append(p)
+    return tuple(
+        Group(
+            tuple(p for p in g if p.kind is Kind.TARGET),
+            tuple(p for p in g if p.kind is Kind.DESTINATION),
+            tuple(p for p in g if p.kind is Kind.LOCATION),
+        )
+        for g in groups
+        if g
+    )
+
+
+def _first(phrases: Sequence[Phrase], kind: Kind) -> int:
+    return next((i for i, p in enumerate(phrases) if p.kind is kind), 0)
+
+
+def _quantifier(t: Token) -> bool:
+    lex = lexicon()
+    lists = ("articles", "all", "both", "rest", "same", "indefinite", "back_to", "vacant")
+    return lex.is_(t.text, *lists) or t.text in lex.ordinals or t.number is not None
+
+
+def _phrase(text: _Text, span: KeywordSpan) -> Phrase:
+    core = text.inside(span.start, span.end)
+    if not core:
+        core = (Token(span.text[:40].casefold() or "?", span.start, span.end),)
+    left: list[Token] = []
+    free = text.before(span.start)
+    while free and (_quantifier(free[0]) or (free[0].text == "of" and len(free) > 1 and _quantifier(free[1]))):
+        left.insert(0, free.pop(0))
+    preposition, relation = _relation(free)
+    lex = lexicon()
+    fronts = [t.text for t in free[:3]]
+    excluded = any(lex.is_(w, "except") or w == "not" for w in fronts[:2]) or "instead" in fronts
+    excluded = excluded or "rather" in fronts
+    kept = tuple(t for t in core if t.text not in _MARKUP)
+    phrase = Phrase(
+        span.label,
+        (*left, *(kept or core)),
+        Extent(span.start, span.end),
+        preposition,
+        relation,
+        excluded=excluded,
+        apposed=bool(free) and free[0].text == ",",
+    )
+    return _followed(text, phrase)
+
+
+def _relation(free: Sequence[Token]) -> tuple[str, str]:
+    """The preposition right before a phrase, and the relation word that goes with it."""
+    lex = lexicon()
+    if not free:
+        return "", ""
+    preposition = free[0].text
+    around: list[str] = []
+    for t in free[:5]:
+        linked = t.text in {"to", "the", "of", "in", "on", "from", "side", "at", "its"}
+        if not linked and not lex.is_(t.text, "relations"):
+            break
+        around.append(t.text)
+    for i, w in enumerate(around):
+        after = around[i - 1] if i else ""
+        loose = w in {"over", "around", "past", "right", "left", "close"} and after in {
+            "to",
+            "on",
+            "in",
+            "at",
+        }
+        loose = loose and not (w == "close" and after == "to")
+        if lex.is_(w, "relations") and not loose and not (w == "top" and after in {"of", ""}):
+            return preposition, w
+    return preposition, ""
+
+
+def _followed(text: _Text, phrase: Phrase) -> Phrase:
+    """What comes right after a phrase and still speaks of it."""
+    free = text.after(phrase.extent.end)
+    if not free:
+        return phrase
+    if free[0].text in {"(", "["}:
+        inside: list[Token] = []
+        for t in free[1:]:
+            if t.text in {")", "]"}:
+                break
+            inside.append(t)
+        return replace(phrase, aside=tuple(inside))
+    if free[0].text in _INNER:
+        trail: list[Token] = []
+        for t in free[1 : _TRAIL + 1]:
+            if not (t.word or t.number is not None):
+                break
+            trail.append(t)
+        return replace(phrase, trail=tuple(trail))
+    return phrase

@@ -1,0 +1,389 @@
+"""The names of a clause held against the map, with what the step says around them; and
+the telling of faults.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from llmbt_atl.template import Role, Template
+from llmbt_ir.diagnostics import Diagnostic, Severity, Span
+
+from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
+from llmbt_compiler.parsing.ledger import Ledger
+from llmbt_compiler.parsing.model import Extent, LabelledStep, Note, NoteKind
+from llmbt_compiler.parsing.resolve import (
+    ANYWHERE,
+    ORIGIN,
+    Fault,
+    Found,
+    Talk,
+    resolve_objects,
+    resolve_places,
+)
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.verbs import Shape, Verb, shape_of
+from llmbt_compiler.parsing.words import Token, lexicon
+
+__all__ = ["Grounding", "Stop"]
+
+_LONG = 2000
+_VAGUE = frozenset({"position", "spot", "place", "location", "it", "stands", "is"})
+
+
+class Stop(Exception):  # noqa: N818 - no error: what is wrong has been noted
+    """A clause ends here; the reason has been noted."""
+
+
+@dataclass
+class Grounding:
+    """What the walk knows so far, and how a phrase is understood by it."""
+
+    scene: Scene
+    source: str
+    notes: list[Note] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+    turn: int = 0
+    targets: tuple[tuple[str, ...], int] = ((), -9)
+    place: tuple[str | None, int] = (None, -9)
+    described: tuple[str, ...] = ()
+    lost: bool = False
+    approached: str | None = None
+    now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
+
+    def __post_init__(self) -> None:
+        self.ledger = Ledger({o.id: o.place for o in self.scene.map.objects})
+        self.origin = dict(self.ledger.where)
+
+    def shape(self, template: Template) -> Shape:
+        """What a template does to the world."""
+        return shape_of(template, self.scene.library)
+
+    def placing(self) -> tuple[Template, ...]:
+        """The templates that bring a thing to a place, in the library's order."""
+        return tuple(t for t in self.scene.library.templates.values() if self.shape(t) is Shape.PLACE)
+
+    def note(self, kind: NoteKind, text: str, extent: Extent) -> None:
+        self.notes.append(Note(self.now.number, kind, text, extent))
+
+    def complain(
+        self,
+        code: str,
+        title: str,
+        extent: Extent,
+        label: str = "",
+        hint: str = "",
+        *,
+        candidates: Sequence[str] = (),
+        severity: Severity = Severity.ERROR,
+        step: LabelledStep | None = None,
+    ) -> None:
+        step = step or self.now
+        text = step.text if len(step.text) <= _LONG else ""
+        span = Span(self.source, step.number, extent.start + 1, extent.end + 1, text)
+        self.diagnostics.append(Diagnostic(code, title, span, label, hint, severity, tuple(candidates)))
+
+    def fault(self, fault: Fault) -> Stop:
+        """Tell a fault; what is raised to leave the clause."""
+        if fault.code:
+            self.complain(fault.code, fault.title, fault.extent, fault.label, fault.help, candidates=fault.candidates)
+        return Stop()
+
+    def unknown_action(self, clause: Clause, verb: Verb) -> None:
+        library = self.scene.library
+        able = [t.name for t in library.templates.values() if t.verbs]
+        near = f"; nearest: {', '.join(verb.alternatives)}" if verb.alternatives else ""
+        self.complain(
+            "E303",
+            f"unknown action `{verb.text[:60]}`",
+            clause.extent,
+            f"no template of library `{library.name}` does this",
+            f"it can {', '.join(able)}{near}  (llmbt atl show {library.name})",
+            candidates=verb.alternatives,
+        )
+        self.lost = True
+        self.targets = ((), -9)
+
+    def left_out(self, clause: Clause, why: str) -> None:
+        words = clause.extent.cut(self.now.text) or "the step"
+        self.note(NoteKind.LEFT_OUT, f"`{words}` {why}", clause.extent)
+
+    def talk(self) -> Talk:
+        return Talk(
+            self.ledger.where,
+            self.ledger.handled,
+            tuple(self.ledger.pending),
+            self.targets[0] if self.turn - self.targets[1] <= 1 else (),
+            self.described,
+            self.place[0] if self.turn - self.place[1] <= 1 else None,
+            self.lost,
+        )
+
+    def of_robot(self, phrase: Phrase) -> bool:
+        """Whether a phrase is about a part of the robot and not about a thing that the scene calls so."""
+        own = self.scene.vocabulary(True) | self.scene.vocabulary(False)
+        return phrase.about("robot") and not any(t.text in own for t in phrase.parts if t.word)
+
+    def quiet(self, phrase: Phrase) -> tuple[str, ...]:
+        """The objects of a phrase, or none; nothing is said."""
+        found = resolve_objects(phrase.parts, self.scene, self.talk())
+        return found.ids if isinstance(found, Found) else ()
+
+    def quiet_place(self, phrase: Phrase) -> str | None:
+        found = resolve_places(phrase.parts, self.scene, self.talk())
+        return found.ids[0] if isinstance(found, Found) and len(found.ids) == 1 else None
+
+    def places_of(self, phrase: Phrase) -> tuple[str, ...]:
+        found = resolve_places(phrase.parts, self.scene, self.talk())
+        return found.ids if isinstance(found, Found) else ()
+
+    def find(self, phrase: Phrase) -> Found:
+        found = resolve_objects(phrase.parts, self.scene, self.talk())
+        if isinstance(found, Fault):
+            raise self.fault(found)
+        return found
+
+    def told(self, found: Found, phrase: Phrase) -> None:
+        for text in found.corrected:
+            self.note(NoteKind.CORRECTED, text, phrase.extent)
+        for text in found.chosen:
+            self.note(NoteKind.CHOSEN, text, phrase.extent)
+
+    def one_target(self, phrase: Phrase, at: tuple[str, ...], picking: bool, before: Sequence[Found]) -> Found:
+        aside = self.aside(phrase)
+        talk = self.talk() if not aside else replace(self.talk(), targets=(), pending=())
+        found = resolve_objects(phrase.parts, self.scene, talk, at=at, picking=picking)
+        if aside and isinstance(found, Found):
+            found = self.agree(phrase, found, aside)
+        elif aside and isinstance(found, Fault) and found.code == "E304" and set(aside) <= set(found.candidates):
+            found = Found(aside)
+        if isinstance(found, Fault) and phrase.apposed and before and set(before[-1].ids) <= set(found.candidates):
+            found = before[-1]
+        if isinstance(found, Fault) and phrase.trail and not at:
+            place = self.trailing(phrase)
+            if place is not None:
+                found = resolve_objects(phrase.parts, self.scene, self.talk(), at=(place,), picking=picking)
+        if isinstance(found, Fault):
+            raise self.fault(found)
+        self.told(found, phrase)
+        return found
+
+    def aside(self, phrase: Phrase) -> tuple[str, ...] | None:
+        """The objects that a parenthesis after a target names or describes; None where it says something
+        else.
+        """
+        if not phrase.aside:
+            return None
+        parts = tuple(t for t in phrase.aside if t.text not in {",", "."}) or phrase.aside
+        found = resolve_objects(parts, self.scene, Talk(self.ledger.where))
+        if isinstance(found, Found):
+            return found.ids
+        return found.candidates if found.code == "E304" else None
+
+    def agree(self, phrase: Phrase, found: Found, aside: tuple[str, ...]) -> Found | Fault:
+        """ "the red block (object 6)", "object 6 (red)": one has to lie in the other; the
+        smaller is meant.
+        """
+        if set(found.ids) <= set(aside):
+            return found
+        if set(aside) <= set(found.ids):
+            return replace(found, ids=aside)
+        return Fault(
+            "E307",
+            f"`{phrase.extent.cut(self.now.text)}` is not what the parenthesis says",
+            phrase.extent,
+            f"this is {', '.join(found.ids)}, that is {', '.join(aside[:6])}",
+            "name one of them",
+            tuple(dict.fromkeys((*found.ids, *aside)))[:6],
+        )
+
+    def trailing(self, phrase: Phrase) -> str | None:
+        """The place after "on" that follows a phrase unlabelled, if the words name one exactly."""
+        for length in range(len(phrase.trail), 0, -1):
+            found = resolve_places(phrase.trail[:length], self.scene, self.talk())
+            if isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:
+                return found.ids[0]
+        return None
+
+    def sure(self, group: Group) -> tuple[str, ...]:
+        """The targets, if the words alone name them and no group of them."""
+        ids: list[str] = []
+        talk = self.talk()
+        alone = replace(talk, targets=(), pending=())
+        for p in group.targets:
+            pointing = len(p.parts) == 1 and lexicon().is_(p.parts[0].text, "pronouns", "plural_pronouns")
+            found = resolve_objects(p.parts, self.scene, talk if pointing else alone)
+            if not isinstance(found, Found) or found.chosen or (len(found.ids) > 1 and not _listing(p)):
+                return ()
+            ids.extend(found.ids)
+        return tuple(ids)
+
+    def from_where(self, group: Group, locations: Sequence[Phrase]) -> tuple[str, ...]:
+        """Where the targets are said to be. It tells objects apart; a known object elsewhere is a warning.
+
+        A place that the scene lacks is an error, unless the words name none ("its current position").
+        """
+        out: list[str] = []
+        for phrase in locations:
+            if all(lexicon().is_(t.text, "articles", "nowhere") or t.text in _VAGUE for t in phrase.parts):
+                continue
+            if phrase.about("home"):
+                continue
+            sure = self.sure(group)
+            if phrase.relation or self.quiet(phrase):
+                if not sure:
+                    self.relation(phrase)
+                continue
+            found = resolve_places(phrase.parts, self.scene, self.talk())
+            if isinstance(found, Fault):
+                if found.code == "E304" and sure:
+                    continue
+                raise self.fault(found)
+            ids = [i for i in found.ids if i not in {ANYWHERE, ORIGIN}]
+            if sure:
+                self.check_there(sure, ids, phrase)
+            else:
+                out.extend(ids)
+        return tuple(out)
+
+    def check_there(self, ids: Sequence[str], places: Sequence[str], phrase: Phrase) -> None:
+        for i in ids:
+            where = self.ledger.where.get(i)
+            if i in self.ledger.pending or not places:
+                continue
+            if not any(self.scene.within(where, p) or self.scene.within(self.origin[i], p) for p in places):
+                self.complain(
+                    "W320",
+                    f"{i} is not on {', '.join(places)}",
+                    phrase.extent,
+                    f"it is on {where}" if where else "it is on no place of the map",
+                    severity=Severity.WARNING,
+                )
+
+    def relation(self, phrase: Phrase) -> None:
+        words = phrase.extent.cut(self.now.text)
+        self.complain(
+            "E309",
+            f"`{phrase.relation or phrase.preposition} ... {words}`: places relative to others are not understood",
+            phrase.extent,
+            "which place is meant?",
+            "name the place itself",
+        )
+        raise Stop
+
+    def exception(self, clause: Clause) -> list[str]:
+        """What "except ..." takes out, where the tagger left it unlabelled."""
+        for length in range(min(len(clause.exception), 12), 0, -1):
+            found = resolve_objects(clause.exception[:length], self.scene, self.talk())
+            if isinstance(found, Found):
+                return list(found.ids)
+        found = resolve_objects(clause.exception[:1], self.scene, self.talk())
+        raise self.fault(found) if isinstance(found, Fault) else Stop
+
+    def objects(
+        self,
+        clause: Clause,
+        group: Group,
+        locations: Sequence[Phrase],
+        excluded: tuple[Phrase, ...],
+        *,
+        picking: bool,
+    ) -> Found:
+        """The objects of a group's targets, narrowed by where they are said to be; the
+        exceptions taken out.
+        """
+        if not group.targets:
+            at = [self.quiet_place(p) for p in locations]
+            if self.lost and not at:
+                raise Stop
+            self.complain("E305", "no object is named", clause.extent, "what?", "name the object")
+            raise Stop
+        at_ids = self.from_where(group, locations)
+        found: list[Found] = []
+        for phrase in group.targets:
+            one = self.one_target(phrase, at_ids, picking, found)
+            found.append(one)
+        ids = tuple(dict.fromkeys(i for f in found for i in f.ids))
+        without = [i for p in excluded for i in self.find(p).ids]
+        if clause.exception:
+            without += self.exception(clause)
+        ids = tuple(i for i in ids if i not in without)
+        if not ids:
+            self.complain("E305", "no object is left to act on", clause.extent, "what?")
+            raise Stop
+        self.targets, self.lost, self.approached = (ids, self.turn), False, None
+        words = tuple(w for f in found for w in f.words)
+        self.described = words or self.described
+        return Found(ids, words=words)
+
+    def where_to(self, phrase: Phrase, container: Phrase | None = None) -> Found:
+        """The places of a destination; what follows it ("on shelf level 1") has to agree."""
+        if phrase.relation:
+            self.relation(phrase)
+        parts = phrase.parts
+        outer = tuple(container.parts) if container is not None else ()
+        if not outer and (phrase.trail or phrase.aside):
+            outer = self.agreeing(phrase)
+        if outer:
+            joint = Token("on", parts[-1].end, parts[-1].end)
+            parts = (*parts, joint, *outer)
+        found = resolve_places(parts, self.scene, self.talk())
+        if isinstance(found, Fault) and found.code == "E302":
+            objects = resolve_objects(phrase.parts, self.scene, self.talk())
+            if isinstance(objects, Found) and objects.ids:
+                if self.stackable(objects.ids):
+                    return objects
+                found = Fault(
+                    "E302", f"{', '.join(objects.ids[:6])} is an object, not a place", phrase.extent,
+                    "not a place of the map", "name the place where it is to go",
+                )  # fmt: skip
+        if isinstance(found, Fault):
+            raise self.fault(found)
+        self.told(found, phrase)
+        return found
+
+    def stackable(self, ids: Sequence[str]) -> bool:
+        """Whether the library puts things on things."""
+        slots = [s for t in self.placing() if (s := t.param(Role.DESTINATION)) is not None]
+        return any(all(self.scene.is_a(i, s.type) for i in ids) for s in slots)
+
+    def agreeing(self, phrase: Phrase) -> tuple[Token, ...]:
+        """The tokens after a destination that name a place."""
+        for group in (phrase.aside, phrase.trail):
+            for length in range(min(len(group), 6), 0, -1):
+                found = resolve_places(group[:length], self.scene, Talk())
+                if isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:
+                    return group[:length] if found.ids != self.places_of(phrase) else ()
+        return ()
+
+    def all_there(self, targets: Sequence[Phrase], phrase: Phrase) -> bool:
+        """Whether the targets stand where a phrase says: then it tells them apart and is no destination."""
+        place = self.quiet_place(phrase)
+        if place is None or not targets:
+            return False
+        ids = [i for p in targets for i in self.quiet(p)]
+        if not ids:
+            found = resolve_objects(targets[0].parts, self.scene, self.talk(), at=(place,))
+            return isinstance(found, Found)
+        return all(self.scene.within(self.ledger.where.get(i), place) for i in ids)
+
+    def contains(self, outer: Phrase, inner: Phrase) -> bool:
+        a, b = self.quiet_place(outer), self.quiet_place(inner)
+        return a is not None and b is not None and a != b and self.scene.within(b, a)
+
+    def outer(self, destinations: list[Phrase], locations: list[Phrase]) -> Phrase | None:
+        """A level tagged apart from its position ("position 12 | shelf level 1"): no place of its own."""
+        for phrase in (*destinations[1:], *locations):
+            ends = [d for d in destinations if d is not phrase and d.extent.end <= phrase.extent.start]
+            gap = self.now.text[ends[-1].extent.end : phrase.extent.start].split() if ends else []
+            if ends and len(gap) <= 2 and phrase.preposition in {"on", "of", "in", "at", ","} and ends[-1].trail == ():
+                if phrase.preposition == "," and phrase in destinations and not self.contains(phrase, ends[-1]):
+                    continue
+                (destinations if phrase in destinations else locations).remove(phrase)
+                return phrase
+        return None
+
+
+def _listing(phrase: Phrase) -> bool:
+    return any(t.number is not None for t in phrase.parts)

@@ -1,0 +1,28 @@
+"""Goals said back in plain words, from the library's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from llmbt_atl.library import Library
+from llmbt_ir.condition import Condition
+
+from llmbt_compiler.parsing.model import Goal
+
+__all__ = ["say", "say_goals"]
+
+
+def say(condition: Condition, library: Library) -> str:
+    """``object_1 is on position_12``; the literal itself where the library has no words for it."""
+    declared = library.conditions.get(condition.name)
+    if declared is None or not declared.words or len(declared.params) != len(condition.args):
+        return str(condition)
+    words = declared.words
+    for param, arg in zip(declared.params, condition.args, strict=True):
+        words = words.replace(f"{{{param.name}}}", arg)
+    return f"it is not so that {words}" if condition.negated else words
+
+
+def say_goals(goals: Iterable[Goal], library: Library) -> tuple[str, ...]:
+    """One line a goal, in order."""
+    return tuple(say(g.condition, library) for g in goals)

@@ -1,0 +1,205 @@
+"""The map as names: which words and numbers each object and place goes by, and which places hold one thing
+only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+from llmbt_atl.library import Library
+from llmbt_atl.template import ANY
+from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
+
+from llmbt_compiler.parsing.words import Token, closest, lexicon, singulars, tokens
+
+__all__ = ["Entity", "Scene", "Word", "natural", "squash"]
+
+
+@dataclass(frozen=True, slots=True)
+class Entity:
+    """A thing of the map as language sees it: the words that may describe it and its number.
+
+    `stem` are the words of the id; `keys` its id and name with all that spelling may change taken out.
+    """
+
+    id: str
+    type: str
+    movable: bool
+    words: frozenset[str]
+    stem: frozenset[str]
+    number: str | None
+    keys: frozenset[str]
+    colour: frozenset[str] = frozenset()
+
+    @property
+    def initials(self) -> frozenset[str]:
+        """What "P12" may begin with."""
+        return frozenset(w[0] for w in self.words)
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A content word of a phrase, as the map's vocabulary knows it; `text` is empty where it does not."""
+
+    token: Token
+    text: str
+    plural: bool = False
+    corrected: bool = False
+    near: tuple[str, ...] = ()
+
+
+def natural(id_: str) -> tuple[tuple[int, int, str], ...]:
+    """A sorting key by which position_9 comes before position_11."""
+    return tuple(
+        (0, int(t.text), "") if t.text.isascii() and t.digits and len(t.text) < 10 else (1, 0, t.text)
+        for t in tokens(id_)
+    )
+
+
+def squash(parts: Iterable[Token]) -> str:
+    """A name without case, spaces and marks: the same for all spellings of one id."""
+    kept = [t.number if t.number is not None else t.text for t in parts if t.word or t.number is not None]
+    return " ".join(kept)
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(t.text for t in tokens(text) if t.word and t.number is None)
+
+
+def _number(text: str) -> str | None:
+    return next((t.number for t in reversed(tokens(text)) if t.number is not None), None)
+
+
+def _object(o: MapObject) -> Entity:
+    stem = _words(o.id)
+    words = stem | _words(o.name) | _words(o.colour) | _words(o.shape) | _words(o.type)
+    keys = frozenset({squash(tokens(o.id)), squash(tokens(o.name))})
+    return Entity(o.id, o.type, True, words, stem, _number(o.id) or _number(o.name), keys, _words(o.colour))
+
+
+def _place(p: MapPlace) -> Entity:
+    stem = _words(p.id)
+    words = stem | _words(p.name) | _words(p.type) | (frozenset({"buffer"}) if p.buffer else frozenset())
+    keys = frozenset({squash(tokens(p.id)), squash(tokens(p.name))})
+    return Entity(p.id, p.type, False, words, stem, _number(p.id) or _number(p.name), keys)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A map and a library, indexed for resolving names."""
+
+    map: SemanticMap
+    library: Library
+
+    @cached_property
+    def objects(self) -> tuple[Entity, ...]:
+        """What can be moved."""
+        return tuple(_object(o) for o in self.map.objects)
+
+    @cached_property
+    def places(self) -> tuple[Entity, ...]:
+        """Where things can be."""
+        return tuple(_place(p) for p in self.map.places)
+
+    @cached_property
+    def _by_id(self) -> dict[str, Entity]:
+        return {e.id: e for e in (*self.objects, *self.places)}
+
+    def __getitem__(self, id_: str) -> Entity:
+        return self._by_id[id_]
+
+    def pool(self, movable: bool) -> tuple[Entity, ...]:
+        """The objects, or the places."""
+        return self.objects if movable else self.places
+
+    @cached_property
+    def colours(self) -> frozenset[str]:
+        """The colours that the map uses."""
+        return frozenset[str]().union(*(e.colour for e in self.objects))
+
+    @cached_property
+    def _vocabularies(self) -> tuple[frozenset[str], frozenset[str]]:
+        def of(pool: tuple[Entity, ...]) -> frozenset[str]:
+            return frozenset[str]().union(*(e.words for e in pool))
+
+        return of(self.places), of(self.objects)
+
+    def vocabulary(self, movable: bool) -> frozenset[str]:
+        """All words by which things of a kind go."""
+        return self._vocabularies[movable]
+
+    def generic(self, movable: bool) -> frozenset[str]:
+        """The nouns that fit everything of a kind."""
+        return lexicon().objects if movable else lexicon().places
+
+    def understood(self, word: str, movable: bool) -> bool:
+        """Whether a word is in the vocabulary, a synonym of one that is, or generic."""
+        own = self.vocabulary(movable)
+        return word in own or word in self.generic(movable) or not own.isdisjoint(lexicon().alike(word))
+
+    def word(self, token: Token, movable: bool) -> Word:
+        """A token as a word of the vocabulary: as it stands, its singular, an abbreviation, a slip, or
+        unknown.
+        """
+        for i, form in enumerate(singulars(token.text)):
+            if self.understood(form, movable):
+                return Word(token, form, plural=i > 0)
+        own = self.vocabulary(movable) | self.generic(movable)
+        plural = token.text.endswith("s")
+        for form in singulars(token.text):
+            longer = {w for w in own if len(form) >= 3 and w.startswith(form)}
+            if len(longer) == 1:
+                return Word(token, longer.pop(), plural=form != token.text)
+        near = closest(token.text, own) or (closest(token.text[:-1], own) if plural else ())
+        if len(near) == 1:
+            return Word(token, near[0], plural=plural and not near[0].endswith("s"), corrected=True)
+        return Word(token, "", near=near)
+
+    def fits(self, entity: Entity, word: str) -> bool:
+        """Whether a word of the vocabulary may describe a thing."""
+        if word in entity.words:
+            return True
+        if word in self.generic(entity.movable):
+            return entity.movable or word not in self.vocabulary(entity.movable)
+        return word not in self.vocabulary(entity.movable) and not entity.words.isdisjoint(lexicon().alike(word))
+
+    def within(self, place: str | None, container: str) -> bool:
+        """Whether a place is a container or lies in it."""
+        return place is not None and (place == container or container in self.map.containers(place))
+
+    @cached_property
+    def single_types(self) -> frozenset[str]:
+        """The types of places that hold one thing at a time, as the library's state variables say."""
+        found: set[str] = set()
+        for v in self.library.variables:
+            for value in v.values:
+                keys = value.params()
+                if ANY in value.args and len(keys) == 1 and len(value.args) == 2:
+                    found.update(p.type for p in v.params if value.args[0] == ANY and p.name == keys[0])
+        return frozenset(found)
+
+    def single(self, place: str) -> bool:
+        """Whether a place holds one thing at a time."""
+        entity = self._by_id[place]
+        return any(self.library.is_a(entity.type, t) for t in self.single_types)
+
+    def is_a(self, id_: str, type_: str) -> bool:
+        """Whether a thing is of a library type. `buffer` places are of the type `buffer`
+        where there is one.
+        """
+        entity = self._by_id[id_]
+        if self.library.is_a(entity.type, type_):
+            return True
+        place = self.map.place(id_)
+        return place is not None and place.buffer and self.library.is_a("buffer", type_)
+
+    def spots(self, container: str, type_: str) -> tuple[str, ...]:
+        """The places of a type within a container, in the order of their numbers."""
+        found = [p.id for p in self.map.inside(container) if self.is_a(p.id, type_)]
+        return tuple(sorted(found, key=natural))
+
+    def buffer(self, type_: str) -> str | None:
+        """Where things are put aside."""
+        return next((p.id for p in self.map.places if p.buffer and self.is_a(p.id, type_)), None)

@@ -1,0 +1,343 @@
+"""The paper's parser: each keyword read in turn; an action opens a condition found by its Post, the names
+fill it.
+
+`parse` is a pure function. It goes through the clauses of the steps in order, keeps what was said and done so
+far in a `Ledger`, and gives every complaint at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from llmbt_atl.library import Library
+from llmbt_atl.template import Template
+from llmbt_ir.condition import Condition
+from llmbt_ir.diagnostics import Severity, nearest
+from llmbt_ir.semantic_map import SemanticMap
+
+from llmbt_compiler.parsing.acts import Acting
+from llmbt_compiler.parsing.clauses import Clause, Group, Phrase, clauses
+from llmbt_compiler.parsing.ground import Stop
+from llmbt_compiler.parsing.ledger import Entry
+from llmbt_compiler.parsing.model import Extent, LabelledStep, NoteKind, ParseResult
+from llmbt_compiler.parsing.resolve import (
+    Found,
+    Talk,
+    resolve_places,
+)
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
+from llmbt_compiler.parsing.words import tokens
+
+__all__ = ["THRESHOLD", "parse"]
+
+THRESHOLD = 0.5
+"""Steps that the tagger is less sure of become diagnostics."""
+_MOST = 500
+_LONGEST = 10_000
+
+
+def parse(
+    steps: Iterable[LabelledStep],
+    semantic_map: SemanticMap,
+    library: Library,
+    *,
+    threshold: float = THRESHOLD,
+    partial: bool = False,
+    source: str = "steps.json",
+) -> ParseResult:
+    """Goals from labelled steps, in the order of the steps; every complaint at once.
+
+    `partial`: a step below the threshold is left out with a warning instead of an error. Diagnostics
+    E301-E312 and W320-W322 (docs/parsing.md), their spans with the step's number as the line and columns
+    counted from 1.
+    """
+    walker = _Walker(Scene(semantic_map, library), source, threshold=threshold, partial=partial)
+    listed = tuple(steps)
+    walker.named = walker.destinations(listed)
+    for step in listed:
+        walker.step(step)
+    return walker.result()
+
+
+@dataclass
+class _Walker(Acting):
+    """Goes through the steps; decides by the verb what a clause is."""
+
+    threshold: float = THRESHOLD
+    partial: bool = False
+
+    def destinations(self, steps: Sequence[LabelledStep]) -> frozenset[str]:
+        """The places that the steps name as destinations: a free position is first sought
+        among the others.
+        """
+        out: set[str] = set()
+        for step in steps[:_MOST]:
+            for clause in clauses(step) if len(step.text) <= _LONGEST else ():
+                for p in clause.phrases:
+                    found = resolve_places(p.parts, self.scene, Talk()) if p.kind == "Destination" else None
+                    if isinstance(found, Found) and not found.vague:
+                        out.update(found.ids)
+        return frozenset(out)
+
+    def step(self, step: LabelledStep) -> None:
+        self.now = step
+        whole = Extent(0, len(step.text))
+        if len(step.text) > _LONGEST:
+            self.complain("E313", f"step {step.number} is longer than {_LONGEST} characters", Extent(-1, -1))
+            return
+        if step.certainty < self.threshold and step.spans:
+            self.unsure(step)
+            return
+        found = clauses(step)
+        if not found:
+            self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
+            return
+        before = (self.ledger.acts, self.targets, self.place)
+        for clause in found[:_MOST]:
+            try:
+                self.clause(clause)
+            except Stop:
+                continue
+        if before != (self.ledger.acts, self.targets, self.place):
+            self.turn += 1
+
+    def unsure(self, step: LabelledStep) -> None:
+        """E306: the words and what they may be."""
+        worst = min(step.spans, key=lambda s: s.confidence)
+        names = [e.id for e in (*self.scene.objects, *self.scene.places)]
+        vocabulary = self.scene.library.verbs if worst.label == "Action" else names
+        near = nearest(worst.text[:60], vocabulary)
+        read = "; ".join(f"{s.label}: {s.text[:60]}" for s in step.spans[:8])
+        hint = f"nearest: {', '.join(near)}; " if near else ""
+        self.complain(
+            "E306",
+            f"step {step.number} is not understood with enough certainty",
+            Extent(worst.start, worst.end),
+            f"{step.certainty:.2f} is below {self.threshold:.2f}; read as {read}",
+            hint + ("the step is left out" if self.partial else "say it in simpler words"),
+            candidates=near,
+            severity=Severity.WARNING if self.partial else Severity.ERROR,
+        )
+        self.lost = True
+        self.targets = ((), -9)
+
+    def clause(self, clause: Clause) -> None:
+        robot = [p for p in clause.phrases if self.of_robot(p)]
+        things = Group(*(tuple(p for p in ps if p not in robot) for ps in _sides(clause)))
+        if not clause.action:
+            self.ellipsis(clause, things)
+            return
+        verb = self.verb(clause)
+        if clause.negated:
+            self.left_out(clause, "says what not to do")
+            return
+        if clause.conditional:
+            self.contingency(clause, verb)
+            return
+        if (verb.is_("again") and not verb.templates and any(p.about("talk") for p in clause.phrases)) or (
+            verb.is_("again") and not verb.templates
+        ):
+            self.again(clause, things)
+        elif verb.is_("closing") and not self.held(things, verb):
+            self.close(clause, things)
+        elif verb.is_("opening") and (robot or not things.targets or not verb.templates or _release(verb)):
+            self.open(clause, verb, things, bool(robot))
+        elif any(p.kind == "Target" for p in robot) and not things.targets:
+            self.moves(clause, things)
+        elif verb.is_("exchange"):
+            self.exchange(clause, things)
+        elif verb.templates:
+            self.act(clause, verb, things)
+        else:
+            self.without_template(clause, verb, things)
+
+    def verb(self, clause: Clause) -> Verb:
+        words = [t.text for t in tokens(clause.action) if t.word]
+        head = words[0] if words else clause.action.strip()[:40].casefold() or "?"
+        rest = tuple(words[1:])
+        if head == "re" and rest:
+            head, rest = rest[0], rest[1:]
+        verb = read_verb(head, (*rest, *clause.particles), self.scene.library)
+        if verb.corrected:
+            self.note(NoteKind.CORRECTED, f"`{head}` is read as `{verb.lemma}`", clause.extent)
+        return verb
+
+    def contingency(self, clause: Clause, verb: Verb) -> None:
+        """ "If it falls, pick it up": the tree does so by itself; a condition of another kind is told."""
+        self.left_out(clause, "depends on a condition; a goal holds or is brought about, whatever happens")
+        if any(shape_of(t, self.scene.library) in {Shape.PLACE, Shape.FREE} for t in verb.templates):
+            self.complain(
+                "W321", "a conditional step is left out", clause.extent, "", "say it without `if`",
+                severity=Severity.WARNING,
+            )  # fmt: skip
+
+    def ellipsis(self, clause: Clause, things: Group) -> None:
+        """A step without an action: as the step before, if that put something somewhere."""
+        if things.targets and things.destinations and self.last:
+            self.note(NoteKind.INFERRED, f"no action is named: read as `{self.last[0].name}`", clause.extent)
+            self.act(clause, Verb("", self.last[0].name, self.last), things)
+            return
+        self.complain("E305", "no action is named", clause.extent, "do what?", "begin the step with a verb")
+
+    def without_template(self, clause: Clause, verb: Verb, things: Group) -> None:
+        if (verb.is_("idle") and not verb.is_("motion")) or (
+            verb.is_("hand") and things.targets and self.quiet(things.targets[0])
+        ):
+            self.mention(things)
+            self.left_out(clause, "changes no goal")
+        elif verb.is_("motion") and not things.targets:
+            self.moves(clause, things)
+        else:
+            self.unknown_action(clause, verb)
+
+    def close(self, clause: Clause, things: Group) -> None:
+        """Closing the gripper picks up what it is closed around, or what was approached just before."""
+        around = [i for p in things.phrases for i in self.quiet(p)]
+        if not around and not self.ledger.pending and self.approached is not None:
+            around = [self.approached]
+        pick = next((t for t in self.scene.library.templates.values() if self.shape(t) is Shape.PICK), None)
+        if any(p.kind == "Target" for p in things.targets) and not around:
+            self.unknown_action(clause, read_verb("close", (), self.scene.library))
+            return
+        if pick is not None and len(around) == 1 and around[0] not in self.ledger.pending:
+            self.take(clause, pick, around, weak=True)
+        self.left_out(clause, "changes no goal")
+
+    def open(self, clause: Clause, verb: Verb, things: Group, gripper: bool) -> None:
+        """Opening the gripper puts down what it holds where it was taken to."""
+        if things.targets and not gripper and not _release(verb):
+            self.unknown_action(clause, verb)
+            return
+        pending = tuple(self.ledger.pending)
+        placing = self.placing()
+        if pending and things.destinations and placing:
+            self.act(clause, Verb("", placing[0].name, placing), things)
+            return
+        if pending and self.ledger.carried is not None and placing:
+            self.note(NoteKind.INFERRED, f"{', '.join(pending)} is let go at {self.ledger.carried}", clause.extent)
+            self.put(clause, placing, pending, (self.ledger.carried,))
+            return
+        if pending and not all(e.weak for e in self.ledger.pending.values()):
+            self.complain(
+                "E305", f"{', '.join(pending)} is let go, but where?", clause.extent, "no place is named",
+                "name the place where it is to be put",
+            )  # fmt: skip
+            for i in pending:
+                self.ledger.pending.pop(i)
+            return
+        self.left_out(clause, "changes no goal")
+
+    def again(self, clause: Clause, things: Group) -> None:
+        """ "Do the same for objects 2 and 4": as before, if the place before holds more than one thing."""
+        targets = [p for p in things.phrases if not p.about("talk")]
+        ids = tuple(dict.fromkeys(i for p in targets for i in self.quiet(p)))
+        fresh = tuple(i for i in ids if i not in self.ledger.handled)
+        if not ids and targets and clause.action.casefold() in {"do", "proceed"}:
+            self.find(targets[0])
+        if not fresh or not self.last:
+            self.left_out(clause, "changes no goal")
+            return
+        if self.container is None:
+            self.complain(
+                "E305", f"the same for {', '.join(fresh)}, but where?", clause.extent, "no place is named",
+                "name the place of each",
+            )  # fmt: skip
+            return
+        self.note(NoteKind.INFERRED, f"{', '.join(fresh)}: also to {self.container}", clause.extent)
+        self.put(clause, self.last, fresh, (self.container,))
+
+    def act(self, clause: Clause, verb: Verb, things: Group) -> None:
+        """A verb with a template: each group of its phrases fills one condition or more."""
+        templates = verb.templates
+        if not things.targets and verb.is_("motion") and not self.travels(templates):
+            if not (verb.is_("hand") and things.destinations and self.ledger.pending):
+                self.moves(clause, things)
+                return
+        if verb.is_("hand"):
+            real = tuple(p for p in things.destinations if not p.relation and self.places_of(p))
+            if self.in_hand(things) and not real:
+                self.mention(things)
+                self.left_out(clause, "changes no goal")
+                return
+            things = replace(things, destinations=real)
+        groups = clause.groups or (Group(),)
+        for group in groups:
+            kept = Group(*(tuple(p for p in ps if p in things.phrases and not p.excluded) for ps in _of(group)))
+            excluded = tuple(p for p in group.targets if p.excluded)
+            if len(groups) > 1 and not kept.phrases:
+                continue
+            try:
+                self.group(clause, templates, kept, excluded)
+            except Stop:
+                self.lost = True
+                self.targets = ((), -9)
+
+    def group(
+        self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
+    ) -> None:
+        shape = self.shape(templates[0])
+        if shape is Shape.TRAVEL:
+            self.travel_or_carry(clause, templates, group, excluded)
+        elif shape is Shape.PICK:
+            self.pick(clause, templates, group, excluded)
+        elif shape is Shape.FREE:
+            self.clear(clause, templates, group, excluded)
+        elif shape is Shape.PLACE:
+            self.bring(clause, templates, group, excluded)
+        else:
+            self.left_out(clause, "changes no goal")
+
+    def travel_or_carry(
+        self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
+    ) -> None:
+        """ "Move the milk to the bar" where "move" is the robot's own verb: the target makes it a placing."""
+        if not group.targets:
+            self.travel(clause, templates[0], group)
+        elif group.destinations and self.placing():
+            self.bring(clause, self.placing(), group, excluded)
+        elif self.quiet(group.targets[0]) and not group.destinations:
+            self.mention(group)
+            self.left_out(clause, "changes no goal")
+        else:
+            self.travel(clause, templates[0], Group((), group.targets))
+
+    def result(self) -> ParseResult:
+        for entry in self.ledger.settle():
+            self.complain(
+                "E305",
+                f"{entry.target} is picked up and never put anywhere",
+                entry.extent,
+                "where is it to go?",
+                f"did you mean {self.ledger.carried}?" if self.ledger.carried else "name the place",
+                candidates=(self.ledger.carried,) if self.ledger.carried else (),
+                step=entry.step,
+            )
+        seen: dict[Condition, Entry] = {}
+        for entry in self.ledger.goals:
+            seen.setdefault(entry.condition, entry)
+        goals = tuple(e.goal() for e in seen.values())
+        if not goals and not any(d.severity is Severity.ERROR for d in self.diagnostics):
+            self.now = LabelledStep(0, "")
+            told = "; ".join(n.text for n in self.notes[:3])
+            self.complain("E340", "no step asks for anything that changes the scene", Extent(-1, -1), "", told)
+        notes = (*self.notes, *self.ledger.notes)
+        return ParseResult(goals, tuple(sorted(notes, key=lambda n: n.step_number)), tuple(self.diagnostics))
+
+
+def _sides(clause: Clause) -> tuple[tuple[Phrase, ...], tuple[Phrase, ...], tuple[Phrase, ...]]:
+    return (
+        tuple(p for g in clause.groups for p in g.targets),
+        tuple(p for g in clause.groups for p in g.destinations),
+        tuple(p for g in clause.groups for p in g.locations),
+    )
+
+
+def _of(group: Group) -> tuple[tuple[Phrase, ...], tuple[Phrase, ...], tuple[Phrase, ...]]:
+    return group.targets, group.destinations, group.locations
+
+
+def _release(verb: Verb) -> bool:
+    """Whether a verb lets go of its target, as the library has it or by its name."""
+    return verb.lemma in {"release", "let_go", "ungrasp", "unclamp"}

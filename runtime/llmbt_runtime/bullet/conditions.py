@@ -1,0 +1,168 @@
+"""The facts of the cargo_sorting library, read off the physics.
+
+Two readings of one world: `strict`, for scoring, where a fact holds or not by this tick alone; and the settled one for
+a tree, where what holds is kept by wider bounds than those by which it comes to hold, so that a brush changes nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from llmbt_ir.condition import Condition, Facts
+from llmbt_ir.scene import SUPPORT_TOLERANCE_M, Body, Scene, ScenePlace
+
+from llmbt_runtime.bullet.approach import Approach, Verdict
+from llmbt_runtime.bullet.bench import Sensed
+from llmbt_runtime.bullet.bodies import BodyState, Extent, overlap
+
+__all__ = ["Conditions", "Reading"]
+
+_KEEP_HEIGHT_M = 0.015
+_KEEP_XY_M = 0.005
+_RESTLESS_TICKS = 20
+"""After this many ticks in which something moves, approaches are judged all the same: it may roll for ever."""
+_SLOT_SPACE_M = 0.06
+_TYPICAL_HALF_M = 0.0235
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """The facts of one tick. `at_rest`: nothing moves but what is held."""
+
+    strict: Facts
+    settled: Facts
+    at_rest: bool
+
+
+@dataclass
+class Conditions:
+    """Reads facts off what was sensed, tick by tick."""
+
+    scene: Scene
+    approach: Approach
+    kinds: dict[str, Body]
+    _on: dict[str, frozenset[str]] = field(default_factory=dict)
+    _judged: dict[str, BodyState] = field(default_factory=dict)
+    _judged_held: str | None = None
+    _verdicts: dict[str, Verdict] = field(default_factory=dict)
+    _space_at: dict[str, BodyState] = field(default_factory=dict)
+    _space_held: str | None = None
+    _free: Facts = frozenset()
+    _restless: int = 0
+    _containers: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._containers = {p.id: tuple(self.scene.with_containers(p.id)) for p in self.scene.places}
+        self._surfaces = [p for p in self.scene.places if p.surface_m is not None]
+        self._surfaces.sort(key=lambda p: (-self.scene.depth(p.id), p.id))
+        self._spaces = {
+            p.id: Extent(
+                (p.surface_m[0], p.surface_m[1], p.surface_m[2] + _SLOT_SPACE_M / 2),
+                (p.size_m[0] / 2, p.size_m[1] / 2, _SLOT_SPACE_M / 2 - 0.002),
+            )
+            for p in self._surfaces
+            if p.is_slot and p.surface_m is not None
+        }
+
+    def read(self, sensed: Sensed) -> Reading:
+        """The facts of this tick."""
+        at_rest = all(s.at_rest for id_, s in sensed.states.items() if id_ != sensed.held)
+        self._restless = 0 if at_rest else self._restless + 1
+        hand = self._hand(sensed)
+        strict, settled = set(hand), set(hand)
+        for id_, state in sensed.states.items():
+            if id_ == sensed.held:
+                self._on[id_] = frozenset()
+                continue
+            now = self._places_of(id_, state, sensed, before=frozenset())
+            kept = self._places_of(id_, state, sensed, before=self._on.get(id_, frozenset()))
+            self._on[id_] = kept
+            strict.update(Condition("On", (id_, p)) for p in now)
+            settled.update(Condition("On", (id_, p)) for p in kept)
+            fallen = Condition("Fallen", (id_,))
+            if state.at_rest and not now:
+                strict.add(fallen)
+                if not kept:
+                    settled.add(fallen)
+        shared = self._space(sensed) | self._approaches(sensed, at_rest)
+        return Reading(frozenset(strict) | shared, frozenset(settled) | shared, at_rest)
+
+    @staticmethod
+    def _hand(sensed: Sensed) -> Facts:
+        """At most one of HandEmpty, Holding, Touching."""
+        if sensed.held is not None:
+            return frozenset({Condition("Holding", (sensed.held,))})
+        if sensed.touched:
+            return frozenset({Condition("Touching", (sensed.touched[0][0],))})
+        return frozenset({Condition("HandEmpty")})
+
+    # ------------------------------------------------------------------ On
+
+    def _places_of(
+        self, id_: str, state: BodyState, sensed: Sensed, before: frozenset[str]
+    ) -> frozenset[str]:
+        """The places that a body is on, the most specific and its containers."""
+        still = bool(before)
+        if id_ not in sensed.supported or not state.upright(self.kinds[id_].shape, still=still):
+            return frozenset()
+        if not still and not state.at_rest:
+            return frozenset()
+        x, y, _ = state.xyz
+        for place in self._surfaces:
+            assert place.surface_m is not None
+            known = place.id in before
+            height = _KEEP_HEIGHT_M if known else SUPPORT_TOLERANCE_M
+            if abs(state.extent.bottom_m - place.surface_m[2]) > height:
+                continue
+            if place.covers(x, y, _KEEP_XY_M if known else 0.0):
+                return frozenset(self._containers[place.id])
+        return frozenset()
+
+    # ------------------------------------------------------------------ Free
+
+    def _space(self, sensed: Sensed) -> Facts:
+        """Free slots, and regions with room for one more block."""
+        lying = {id_: s for id_, s in sensed.states.items() if id_ != sensed.held}
+        if sensed.held != self._space_held or _moved(lying, self._space_at):
+            extents = [s.extent for s in lying.values()]
+            free: set[Condition] = set()
+            for place in self._surfaces:
+                if place.is_slot:
+                    if not any(overlap(self._spaces[place.id], e) for e in extents):
+                        free.add(Condition("Free", (place.id,)))
+                elif self._takes_many(place) and self.approach.spots(place, _TYPICAL_HALF_M, extents):
+                    free.add(Condition("Free", (place.id,)))
+            self._free = frozenset(free)
+            self._space_at, self._space_held = lying, sensed.held
+        return self._free
+
+    def _takes_many(self, place: ScenePlace) -> bool:
+        """Whether things lie anywhere on it: it contains no slots."""
+        return not any(p.is_slot and place.id in self._containers[p.id] for p in self.scene.places)
+
+    # ------------------------------------------------------------------ Clear, Blocks
+
+    def _approaches(self, sensed: Sensed, at_rest: bool) -> Facts:
+        lying = {id_: s for id_, s in sensed.states.items() if id_ != sensed.held}
+        changed = sensed.held != self._judged_held or _moved(lying, self._judged)
+        if changed and (at_rest or self._restless >= _RESTLESS_TICKS or not self._verdicts):
+            self.approach.mirror(sensed.states, without=sensed.held)
+            self._verdicts = {id_: self.approach.grasp(id_) for id_ in sorted(lying)}
+            self._judged, self._judged_held = lying, sensed.held
+            self._restless = 0
+        facts: set[Condition] = set()
+        for id_ in sensed.states:
+            verdict = self._verdicts.get(id_)
+            if id_ == sensed.held or verdict is None or verdict.grasp is not None:
+                facts.add(Condition("Clear", (id_,)))
+            elif verdict.blocker is not None:
+                facts.add(Condition("Blocks", (verdict.blocker, id_)))
+        return frozenset(facts)
+
+
+def _moved(now: dict[str, BodyState], before: dict[str, BodyState]) -> bool:
+    return now.keys() != before.keys() or any(s.moved_from(before[id_]) for id_, s in now.items())
+
+
+assert math.isclose(_TYPICAL_HALF_M, 0.0235)

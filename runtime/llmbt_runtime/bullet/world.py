@@ -1,0 +1,184 @@
+"""The physical world, as a tree's executor sees it (llmbt_runtime.world.World)."""
+
+from __future__ import annotations
+
+import numpy as np
+from llmbt_ir.condition import ActionCall, Condition, Facts
+from llmbt_ir.geometry import Vec3
+from llmbt_ir.scene import Scene
+
+from llmbt_runtime.bullet.approach import Approach
+from llmbt_runtime.bullet.bench import Bench
+from llmbt_runtime.bullet.camera import Snapshot
+from llmbt_runtime.bullet.conditions import Conditions, Reading
+from llmbt_runtime.bullet.disturbances import DisturbanceSpec, Disturber, Moment
+from llmbt_runtime.bullet.reporting import Reporter, post_of
+from llmbt_runtime.bullet.skills import Skill, SkillFailed, Skills
+from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status
+
+__all__ = ["BulletWorld"]
+
+
+class BulletWorld:
+    """A scene in pybullet with a Panda. The same scene, seed and calls give the same run, bit for bit."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        seed: int = 0,
+        disturbances: tuple[DisturbanceSpec, ...] = (),
+        goals: tuple[Condition, ...] = (),
+    ) -> None:
+        self.scene, self.goals = scene, goals
+        self._bench = Bench(scene)
+        self._approach = Approach(scene)
+        self._conditions = Conditions(scene, self._approach, self._bench.kinds)
+        self._reporter = Reporter(scene.with_containers)
+        self._skills = Skills(
+            scene, self._bench, self._approach, self._reporter, lambda: self._reading.settled
+        )
+        self._reading: Reading = self._conditions.read(self._bench.sensed)
+        self._reporter.report(self._reading.settled)
+        self._skill: Skill | None = None
+        self._action: ActionCall | None = None
+        self._outcome: ActionReport | None = None
+        self._halting = False
+        self._disturber = Disturber(scene, self._bench, self._approach, goals, np.random.default_rng(seed))
+        self._disturber.plan(disturbances)
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time since the scene had settled."""
+        return self._bench.time_s
+
+    def observe(self) -> Facts:
+        """The facts that the tree's conditions see."""
+        return self._reporter.last
+
+    def truth(self) -> Facts:
+        """The facts by the physics of this tick alone."""
+        return self._reading.strict
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing moves but the robot and what it holds."""
+        return self._reading.at_rest
+
+    def start(self, action: ActionCall) -> None:
+        """Begin an action. Precondition: none runs. ValueError for an action, body or place that is not there."""
+        if self._skill is not None:
+            raise ValueError(f"cannot start {action}: an action is running")
+        known = {*self._bench.kinds, *(p.id for p in self.scene.places)}
+        if unknown := [a for a in action.args if a not in known]:
+            raise ValueError(f"{action}: unknown {', '.join(unknown)}")
+        post_of(action)
+        self._skill = self._skills.skill(action)
+        self._reporter.begin(action)
+        self._action = action
+        self._outcome, self._halting = None, False
+        self._resume()
+
+    def halt(self) -> bool:
+        """Ask the running action to stop; True once none runs."""
+        if self._skill is None:
+            self._outcome = None
+            return True
+        if self._reporter.in_contact:
+            self._halting = True
+            return False
+        self._stop()
+        return True
+
+    def _stop(self) -> None:
+        if self._skill is not None:
+            self._skill.close()
+        self._skill = None
+        self._bench.panda.brake()
+        self._end()
+
+    def _end(self) -> None:
+        self._halting = False
+        self._reporter.end()
+        self._reporter.report(self._reading.settled)
+
+    def _resume(self) -> None:
+        """Let the skill decide what comes next; note how it ended, if it did."""
+        if self._skill is None:
+            return
+        try:
+            next(self._skill)
+        except StopIteration:
+            self._outcome = ActionReport(Status.SUCCESS)
+        except SkillFailed as fault:
+            self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
+        if self._outcome is not None:
+            self._skill = None
+
+    def advance(self) -> ActionReport:
+        """Go on by one tick of 24 physics steps."""
+        self._reading = self._conditions.read(self._bench.tick())
+        self._resume()
+        report = self._report()
+        self._disturber.step(self._moment())
+        return report
+
+    def _moment(self) -> Moment:
+        skills, panda = self._skills, self._bench.panda
+        held = self._bench.sensed.held
+        return Moment(
+            facts=self._reading.strict,
+            action=self._action if self._skill is not None else None,
+            in_contact=self._reporter.in_contact,
+            at_rest=self._reading.at_rest,
+            held=held,
+            transfer=panda.progress if held is not None and skills.transferring == held else None,
+        )
+
+    def _report(self) -> ActionReport:
+        if self._outcome is not None:
+            report, self._outcome = self._outcome, None
+            self._end()
+            return report
+        if self._skill is not None and self._halting and not self._reporter.in_contact:
+            self._stop()
+            return ActionReport(Status.IDLE, "halted")
+        self._reporter.report(self._reading.settled)
+        return ActionReport(Status.IDLE if self._skill is None else Status.RUNNING)
+
+    def settle(self, seconds: float) -> None:
+        """Go on without an action. Precondition: none runs."""
+        for _ in range(max(1, round(seconds / TICK_S))):
+            self.advance()
+
+    def objects(self) -> dict[str, Vec3]:
+        """Centre of every body in play."""
+        return {id_: s.xyz for id_, s in self._bench.sensed.states.items()}
+
+    def places(self) -> dict[str, Vec3]:
+        """Centre of every place's surface; of a container, the middle of the places in it."""
+        found = {p.id: p.surface_m for p in self.scene.places if p.surface_m is not None}
+        for p in self.scene.places:
+            if p.surface_m is None:
+                inside = [found[c.id] for c in self.scene.places if c.parent == p.id and c.id in found]
+                if inside:
+                    n = len(inside)
+                    found[p.id] = (
+                        sum(c[0] for c in inside) / n,
+                        sum(c[1] for c in inside) / n,
+                        sum(c[2] for c in inside) / n,
+                    )
+        return found
+
+    def snapshot(self) -> Snapshot:
+        """What a renderer needs."""
+        poses = {id_: s.pose for id_, s in self._bench.sensed.states.items()}
+        return Snapshot(self._bench.panda.all_joints(), poses)
+
+    def disturbances(self) -> tuple[Disturbed, ...]:
+        """What has disturbed the world so far."""
+        return tuple(self._disturber.log)
+
+    def close(self) -> None:
+        """Disconnect from both servers."""
+        self._bench.close()
+        self._approach.close()

@@ -1,0 +1,85 @@
+"""The complete part: lazy greedy best-first search with preferred actions.
+
+Helmert, "The Fast Downward planning system", JAIR 26 (2006), section 5.3: a state is judged when it is taken from the
+queue, not when it is made; a second queue holds only what a relaxed plan would do, and is asked more often while it
+helps. Every state that is not a proven dead end is expanded in the end, so an empty queue is a proof.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from heapq import heappop, heappush
+
+from llmbt_runtime.search.problem import Problem
+from llmbt_runtime.search.relaxed import relaxed_plan
+
+__all__ = ["Budget", "best_first"]
+
+_BOOST = 1000
+
+
+@dataclass(slots=True)
+class Budget:
+    """Expansions that may still be spent."""
+
+    left: int
+    spent: int = 0
+
+    def take(self) -> bool:
+        """Spend one, if there is one."""
+        if self.left <= 0:
+            return False
+        self.left -= 1
+        self.spent += 1
+        return True
+
+
+def best_first(problem: Problem, budget: Budget, start: int | None = None) -> tuple[int, ...] | bool | None:
+    """A plan, None where there is none, False where the budget is spent."""
+    init = problem.init if start is None else start
+    goal, goal_ids = problem.goal, problem.goal_ids
+    parent: dict[int, tuple[int, int]] = {init: (-1, -1)}
+    closed: set[int] = set()
+    queues: list[list[tuple[int, int, int, int]]] = [[(0, 0, -1, init)], []]
+    credit = [0, 0]
+    serial = 0
+    best = 1 << 60
+    while queues[0] or queues[1]:
+        which = min((q for q in (1, 0) if queues[q]), key=lambda q: credit[q])
+        credit[which] += 1
+        _, _, op, state = heappop(queues[which])
+        if op >= 0:
+            before, state = state, problem.after(state, op)
+            if state in parent:
+                continue
+            parent[state] = (before, op)
+        elif state in closed:
+            continue
+        if state & goal == goal:
+            return _path(parent, state)
+        if not budget.take():
+            return False
+        closed.add(state)
+        relaxed = relaxed_plan(problem, state, goal_ids)
+        if relaxed is None:
+            continue
+        if relaxed.cost < best:
+            best = relaxed.cost
+            credit[1] -= _BOOST
+        preferred = set(relaxed.first)
+        for a in problem.applicable(state):
+            serial += 1
+            entry = (relaxed.cost, serial, a, state)
+            heappush(queues[0], entry)
+            if a in preferred:
+                heappush(queues[1], entry)
+    return None
+
+
+def _path(parent: dict[int, tuple[int, int]], state: int) -> tuple[int, ...]:
+    ops: list[int] = []
+    while True:
+        state, op = parent[state]
+        if op < 0:
+            return tuple(reversed(ops))
+        ops.append(op)

@@ -1,0 +1,112 @@
+"""What literals cost at least about: the additive heuristic over a compiled task.
+
+h_add: Bonet and Geffner, "Planning as heuristic search", Artificial Intelligence 129 (2001). `inf` is a proof:
+a literal that cannot be reached with all deletes ignored cannot be reached at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import inf
+
+from llmbt_atl.state import Domain
+from llmbt_ir.condition import ActionCall, Condition, Facts
+
+from llmbt_runtime.search.task import Task, task_of
+
+__all__ = ["HTable", "h_add", "relaxed_costs"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HTable:
+    """The cost of every literal from one state: 0 where it holds, `inf` where it cannot be reached."""
+
+    task: Task
+    facts: Facts
+    _costs: list[float]
+    _excluded: frozenset[int]
+
+    def __getitem__(self, literal: Condition) -> float:
+        if literal.negated:
+            return self._negative(~literal)
+        if literal in self.facts:
+            return 0
+        i = self.task.number.get(literal)
+        return inf if i is None else self._costs[2 * i]
+
+    def _negative(self, fact: Condition) -> float:
+        if fact not in self.facts:
+            return 0
+        i = self.task.number.get(fact)
+        if i is None:
+            return inf
+        if i in self.task.negative:
+            return self._costs[2 * i + 1]
+        ops = self.task.ops
+        return min(
+            (
+                1 + sum(self._costs[p] for p in ops[a].pre)
+                for a in self.task.deleters.get(i, ())
+                if a not in self._excluded
+            ),
+            default=inf,
+        )
+
+    def total(self, literals: Iterable[Condition]) -> float:
+        """The sum over several literals: h_add of a goal or of a precondition."""
+        return sum((self[c] for c in literals), start=0.0)
+
+
+def h_add(domain: Domain, facts: Facts, *, excluded: frozenset[ActionCall] = frozenset()) -> HTable:
+    """The additive heuristic of every literal from a state, without the `excluded` actions."""
+    task = task_of(domain, facts)
+    banned = task.excluded_ops(excluded) if excluded else frozenset()
+    return HTable(task, facts, relaxed_costs(task, initial_literals(task, facts), banned), banned)
+
+
+def initial_literals(task: Task, facts: Facts, negative: frozenset[int] | None = None) -> list[int]:
+    """The literal numbers that hold in a state; negated ones for the facts in `negative`."""
+    numbers = task.fact_numbers(facts)
+    held = set(numbers)
+    wanted = task.negative if negative is None else negative
+    return [2 * f for f in numbers] + [2 * f + 1 for f in sorted(wanted) if f not in held]
+
+
+def relaxed_costs(
+    task: Task,
+    state: list[int],
+    banned: frozenset[int],
+    effects: Sequence[tuple[int, ...]] | None = None,
+) -> list[float]:
+    """h_add by literal number, in order of cost (Dijkstra over whole numbers: a list of lists is the queue)."""
+    cost: list[float] = [inf] * (2 * len(task.facts))
+    for p in state:
+        cost[p] = 0
+    queue: list[list[int]] = [state, []]
+    waiting = list(task.pre_counts)
+    so_far = [1] * len(waiting)
+    needed_by = task.needed_by
+    effects = task.effects if effects is None else effects
+    for a in banned:
+        waiting[a] = -1
+    for q in sorted({q for a in task.always if a not in banned for q in effects[a] if cost[q] > 1}):
+        cost[q] = 1
+        queue[1].append(q)
+    for d, bucket in enumerate(queue):
+        for p in bucket:
+            if cost[p] != d:
+                continue
+            for a in needed_by[p]:
+                waiting[a] -= 1
+                so_far[a] += d
+                if waiting[a]:
+                    continue
+                c = so_far[a]
+                for q in effects[a]:
+                    if c < cost[q]:
+                        cost[q] = c
+                        while len(queue) <= c:
+                            queue.append([])
+                        queue[c].append(q)
+    return cost

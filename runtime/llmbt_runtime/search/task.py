@@ -1,0 +1,404 @@
+"""A domain compiled to numbers: ground actions as tuples of literal numbers, built once for each domain.
+
+The actions are exactly those of `Domain.actions`, in the same order (a test holds the two against each other),
+but what variables and containment imply is looked up by number, so that thousands of actions take milliseconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+
+from llmbt_atl.state import Domain, GroundAction
+from llmbt_atl.template import ANY, Pattern, Template
+from llmbt_ir.condition import ActionCall, Condition, Facts
+
+__all__ = ["Op", "Task", "task_of"]
+
+_KEY = "_llmbt_search_task"
+_Fact = tuple[int, ...]  # condition number, then thing numbers
+
+
+@dataclass(frozen=True, slots=True)
+class Op:
+    """A ground action: `pre` are literal numbers, `adds` and `deletes` fact numbers."""
+
+    template: str
+    args: tuple[str, ...]
+    pre: tuple[int, ...]
+    adds: tuple[int, ...]
+    deletes: tuple[int, ...]
+    rank: int = 0
+
+    @property
+    def call(self) -> ActionCall:
+        """The action's name and arguments."""
+        return ActionCall(self.template, self.args)
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """The literals and actions of a domain by number.
+
+    Fact `i` has the literal number `2 * i`; its negation `2 * i + 1`.
+    """
+
+    domain: Domain
+    facts: tuple[Condition, ...]
+    number: Mapping[Condition, int] = field(repr=False)
+    ops: tuple[Op, ...] = field(repr=False)
+    keys: tuple[tuple[_Fact, ...], ...] = field(repr=False)
+    """For each fact the state variables of which it is a value: the variable's number and its binding."""
+    related: Mapping[int, frozenset[int]] = field(repr=False)
+    """For a fact about a place that contains or is contained: the facts that may hold together with it."""
+
+    @cached_property
+    def op_of(self) -> Mapping[ActionCall, int]:
+        """Each call's action number."""
+        return {op.call: i for i, op in enumerate(self.ops)}
+
+    @cached_property
+    def groups(self) -> dict[_Fact, list[int]]:
+        """The values of each state variable, for each binding."""
+        table: dict[_Fact, list[int]] = {}
+        for fact, keys in enumerate(self.keys):
+            for key in keys:
+                table.setdefault(key, []).append(fact)
+        return table
+
+    @cached_property
+    def negative(self) -> frozenset[int]:
+        """The facts whose negation some action needs."""
+        return frozenset(p >> 1 for op in self.ops for p in op.pre if p & 1)
+
+    @cached_property
+    def needed_by(self) -> tuple[tuple[int, ...], ...]:
+        """For each literal the actions that need it."""
+        table: list[list[int]] = [[] for _ in range(2 * len(self.facts))]
+        for i, op in enumerate(self.ops):
+            for p in op.pre:
+                table[p].append(i)
+        return tuple(map(tuple, table))
+
+    @cached_property
+    def pre_counts(self) -> tuple[int, ...]:
+        """For each action the number of its preconditions."""
+        return tuple(len(op.pre) for op in self.ops)
+
+    @cached_property
+    def always(self) -> tuple[int, ...]:
+        """The actions without preconditions."""
+        return tuple(i for i, op in enumerate(self.ops) if not op.pre)
+
+    @cached_property
+    def effects(self) -> tuple[tuple[int, ...], ...]:
+        """For each action the literals that hold after it and that an action may need."""
+        return self.effects_for(self.negative)
+
+    def effects_for(self, negative: frozenset[int]) -> tuple[tuple[int, ...], ...]:
+        """For each action what it adds, and of what it deletes the negations in `negative`."""
+        if not negative:
+            return tuple(tuple(2 * f for f in op.adds) for op in self.ops)
+        return tuple(
+            tuple(2 * f for f in op.adds) + tuple(2 * f + 1 for f in op.deletes if f in negative)
+            for op in self.ops
+        )
+
+    @cached_property
+    def deleters(self) -> Mapping[int, tuple[int, ...]]:
+        """For each fact the actions that delete it."""
+        table: dict[int, list[int]] = {}
+        for i, op in enumerate(self.ops):
+            for f in op.deletes:
+                table.setdefault(f, []).append(i)
+        return {f: tuple(ops) for f, ops in table.items()}
+
+    def fact_numbers(self, facts: Facts) -> list[int]:
+        """The numbers of the facts that any action mentions, in order."""
+        number = self.number
+        return sorted(number[f] for f in facts if f in number)
+
+    def ground(self, op: int) -> GroundAction:
+        """The ground action of an action number."""
+        o = self.ops[op]
+        template = self.domain.library.templates[o.template]
+        binding = dict(zip((p.name for p in template.params), o.args, strict=True))
+        ground = self.domain.ground(template, binding, o.rank)
+        assert ground is not None
+        return ground
+
+    def excluded_ops(self, excluded: Iterable[ActionCall]) -> frozenset[int]:
+        """The action numbers of calls; calls without an action are passed over."""
+        return frozenset(self.op_of[c] for c in excluded if c in self.op_of)
+
+
+def task_of(domain: Domain, facts: Facts = frozenset()) -> Task:
+    """The compiled task of a domain, made once for each domain object.
+
+    Where `facts` has things or lasting facts that the domain does not know, the domain for them is used.
+    """
+    if any(f.name in domain._never_added and f not in domain.fixed for f in facts) or any(
+        a not in domain.types for f in facts for a in f.args
+    ):
+        domain = domain.for_state(facts | domain.fixed)
+    cache = vars(domain)
+    task = cache.get(_KEY)
+    if task is None:
+        task = cache[_KEY] = _Compiler(domain).task()
+    assert isinstance(task, Task)
+    return task
+
+
+class _Compiler:
+    """Grounds templates by number. Tables are keyed by fact: (condition, thing, thing, ...)."""
+
+    def __init__(self, domain: Domain) -> None:
+        self.domain = domain
+        library = domain.library
+        self.things = list(domain.types)
+        self.thing = {t: i for i, t in enumerate(self.things)}
+        self.names = list(library.conditions)
+        self.name = {n: i for i, n in enumerate(self.names)}
+        fits: dict[str, frozenset[int]] = {}
+        for type_ in library.types:
+            fits[type_] = frozenset(self.thing[t] for t in domain.by_type.get(type_, ()))
+        self.fits = fits
+        self.param_fits = [tuple(fits[p.type] for p in library.conditions[n].params) for n in self.names]
+        self.upward_at = [
+            tuple(i for i, p in enumerate(library.conditions[n].params) if p.upward) for n in self.names
+        ]
+        self.outer = [
+            tuple(self.thing[c] for c in domain.containers(t) if c in self.thing) for t in self.things
+        ]
+        inner: list[list[int]] = [[] for _ in self.things]
+        for place in domain.parents:
+            for o in domain.containers(place):
+                if o in self.thing and place in self.thing:
+                    inner[self.thing[o]].append(self.thing[place])
+        self.inner = inner
+        self.typed: dict[_Fact, bool] = {}
+        self.up: dict[_Fact, tuple[_Fact, ...]] = {}
+        self.family: dict[_Fact, tuple[_Fact, ...]] = {}
+        self.keys: dict[_Fact, tuple[_Fact, ...]] = {}
+        self.rest: dict[tuple[_Fact, _Fact], tuple[_Fact, ...]] = {}
+        self.values: dict[int, list[tuple[int, tuple[int, ...]]]] = {}
+        for v, variable in enumerate(library.variables):
+            for value in variable.values:
+                at = {a[1:-1]: i for i, a in enumerate(value.args) if a.startswith("{")}
+                self.values.setdefault(self.name[value.name], []).append(
+                    (v, tuple(at[p.name] for p in variable.params))
+                )
+        self.number: dict[_Fact, int] = {}
+
+    # -- what follows from one fact ----------------------------------------------------------------
+
+    def is_typed(self, fact: _Fact) -> bool:
+        known = self.typed.get(fact)
+        if known is None:
+            pools = self.param_fits[fact[0]]
+            known = self.typed[fact] = all(a in pool for a, pool in zip(fact[1:], pools, strict=True))
+        return known
+
+    def upward(self, fact: _Fact) -> tuple[_Fact, ...]:
+        known = self.up.get(fact)
+        if known is None:
+            found = [fact]
+            for i in self.upward_at[fact[0]]:
+                found += [(*fact[: i + 1], o, *fact[i + 2 :]) for o in self.outer[fact[i + 1]]]
+            known = self.up[fact] = tuple(found)
+        return known
+
+    def related(self, fact: _Fact) -> tuple[_Fact, ...]:
+        """A fact with what it implies and what implies it."""
+        known = self.family.get(fact)
+        if known is None:
+            found = list(self.upward(fact))
+            for i in self.upward_at[fact[0]]:
+                found += [(*fact[: i + 1], o, *fact[i + 2 :]) for o in self.inner[fact[i + 1]]]
+            known = self.family[fact] = tuple(found)
+        return known
+
+    def variables_of(self, fact: _Fact) -> tuple[_Fact, ...]:
+        known = self.keys.get(fact)
+        if known is None:
+            found = []
+            for v, at in self.values.get(fact[0], ()):
+                key = tuple(fact[i + 1] for i in at)
+                params = self.domain.library.variables[v].params
+                if all(k in self.fits[p.type] for k, p in zip(key, params, strict=True)):
+                    found.append((v, *key))
+            known = self.keys[fact] = tuple(found)
+        return known
+
+    def together(self, a: _Fact, b: _Fact) -> bool:
+        if a[0] != b[0]:
+            return False
+        upward = self.upward_at[a[0]]
+        return all(
+            x == y or (i in upward and (y in self.outer[x] or x in self.outer[y]))
+            for i, (x, y) in enumerate(zip(a[1:], b[1:], strict=True))
+        )
+
+    def others(self, fact: _Fact, key: _Fact) -> tuple[_Fact, ...]:
+        """All other values of a variable."""
+        known = self.rest.get((fact, key))
+        if known is None:
+            library = self.domain.library
+            variable = library.variables[key[0]]
+            binding = dict(zip((p.name for p in variable.params), key[1:], strict=True))
+            found = []
+            for value in variable.values:
+                pools: list[Iterable[int]] = []
+                for a, p in zip(value.args, library.conditions[value.name].params, strict=True):
+                    if a == ANY:
+                        pools.append(self.thing[t] for t in self.domain.by_type.get(p.type, ()))
+                    else:
+                        pools.append((binding[a[1:-1]],))
+                for args in product(*pools):
+                    other = (self.name[value.name], *args)
+                    if not self.together(fact, other):
+                        found.append(other)
+            known = self.rest[fact, key] = tuple(found)
+        return known
+
+    # -- actions -----------------------------------------------------------------------------------
+
+    def fact_number(self, fact: _Fact) -> int:
+        number = self.number
+        known = number.get(fact)
+        if known is None:
+            known = number[fact] = len(number)
+        return known
+
+    def task(self) -> Task:
+        ops = tuple(op for t in self.domain.library.templates.values() for op in self.template(t))
+        facts = tuple(Condition(self.names[f[0]], tuple(self.things[a] for a in f[1:])) for f in self.number)
+        keys = tuple(self.variables_of(f) if len(self.upward_at[f[0]]) < 2 else () for f in self.number)
+        related = {
+            i: frozenset(self.number[r] for r in self.related(f) if r in self.number)
+            for f, i in self.number.items()
+            if self.upward_at[f[0]]
+        }
+        return Task(self.domain, facts, {f: i for i, f in enumerate(facts)}, ops, keys, related)
+
+    def template(self, template: Template) -> Iterator[Op]:
+        names = [p.name for p in template.params]
+        at = {n: i for i, n in enumerate(names)}
+
+        def compiled(patterns: Iterable[Pattern]) -> list[tuple[int, tuple[int, ...], bool]]:
+            """Condition number, and for each argument the parameter's place or ~constant."""
+            return [
+                (
+                    self.name[p.name],
+                    tuple(at[a[1:-1]] if a.startswith("{") else ~self.thing[a] for a in p.args),
+                    p.negated,
+                )
+                for p in patterns
+            ]
+
+        if any(
+            not a.startswith("{") and a not in self.thing
+            for p in (*template.pre, *template.post, *template.deletes)
+            for a in p.args
+        ):
+            return
+        pre_p, post_p, del_p = compiled(template.pre), compiled(template.post), compiled(template.deletes)
+        unequal = [(at[a], at[b]) for a, b in template.unequal]
+        number, upward = self.fact_number, self.upward
+        order = 100 * list(self.domain.library.templates).index(template.name)
+        for values in self.bindings(template, unequal):
+            pre: list[tuple[_Fact, bool]] = []
+            for c, args, negated in pre_p:
+                fact = (c, *[values[a] if a >= 0 else ~a for a in args])
+                if not self.is_typed(fact):
+                    break
+                pre.append((fact, negated))
+            else:
+                positive = {f for f, negated in pre if not negated}
+                if len(positive) < len(pre) and any(f in positive for f, negated in pre if negated):
+                    continue
+                post = self.effects(post_p, values)
+                adds = {u for f in post for u in upward(f)} if len(post) else set()
+                deletes = set(self.effects(del_p, values))
+                for fact in post:
+                    self.ended(fact, pre, positive, deletes)
+                deletes -= adds
+                if not deletes and adds <= positive:
+                    continue
+                yield Op(
+                    template.name,
+                    tuple(self.things[v] for v in values),
+                    tuple(dict.fromkeys(2 * number(f) + negated for f, negated in pre)),
+                    tuple(sorted(map(number, sorted(adds)))),
+                    tuple(sorted(map(number, sorted(deletes)))),
+                    order - sum(len(self.outer[v]) for v in values),
+                )
+
+    def effects(
+        self, patterns: list[tuple[int, tuple[int, ...], bool]], values: tuple[int, ...]
+    ) -> list[_Fact]:
+        found = []
+        for c, args, _ in patterns:
+            fact = (c, *[values[a] if a >= 0 else ~a for a in args])
+            if self.is_typed(fact):
+                found.append(fact)
+        return found
+
+    def ended(
+        self, fact: _Fact, pre: list[tuple[_Fact, bool]], positive: set[_Fact], deletes: set[_Fact]
+    ) -> None:
+        """What ends when `fact` begins: of each of its variables the value in `pre`, or else all others."""
+        for key in self.variables_of(fact):
+            known = False
+            for p, negated in pre:
+                if not negated and p != fact and key in self.variables_of(p):
+                    known = True
+                    deletes.update(self.related(p))
+            if not known and fact not in positive:
+                deletes.update(self.others(fact, key))
+
+    def bindings(self, template: Template, unequal: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
+        """All bindings, preconditions that nothing brings about joined first."""
+        domain = self.domain
+        at = {p.name: i for i, p in enumerate(template.params)}
+        pools = [[self.thing[t] for t in domain.by_type.get(p.type, ())] for p in template.params]
+        sets = [frozenset(pool) for pool in pools]
+        partial: list[dict[int, int]] = [{}]
+        for anchor in template.pre:
+            if anchor.negated or anchor.name not in domain._never_added:
+                continue
+            facts = [tuple(self.thing[a] for a in f.args) for f in domain._fixed_by_name.get(anchor.name, ())]
+            slots = [at[a[1:-1]] if a.startswith("{") else ~self.thing[a] for a in anchor.args]
+            partial = list(_joined(partial, slots, facts, sets, unequal))
+        for binding in partial:
+            for values in product(*([binding[i]] if i in binding else pools[i] for i in range(len(pools)))):
+                if unequal and any(values[a] == values[b] for a, b in unequal):
+                    continue
+                yield values
+
+
+def _joined(
+    partial: list[dict[int, int]],
+    slots: list[int],
+    facts: list[tuple[int, ...]],
+    sets: list[frozenset[int]],
+    unequal: list[tuple[int, int]],
+) -> Iterator[dict[int, int]]:
+    """Partial bindings extended by the facts of one static precondition, by a hash join on what is bound."""
+    if not partial:
+        return
+    bound = [i for i, s in enumerate(slots) if s < 0 or s in partial[0]]
+    index: dict[tuple[int, ...], list[tuple[int, ...]]] = {}
+    for fact in facts:
+        index.setdefault(tuple(fact[i] for i in bound), []).append(fact)
+    for binding in partial:
+        key = tuple(binding[slots[i]] if slots[i] >= 0 else ~slots[i] for i in bound)
+        for fact in index.get(key, ()):
+            new = dict(binding)
+            if all(
+                s < 0 or (new.setdefault(s, v) == v and v in sets[s])
+                for s, v in zip(slots, fact, strict=True)
+            ) and all(a not in new or b not in new or new[a] != new[b] for a, b in unequal):
+                yield new

@@ -1,0 +1,89 @@
+"""The shipped tagger: steps that must come out right, the fast path against the reference, hostile texts."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from itertools import islice
+from pathlib import Path
+
+import pytest
+from llmbt_compiler.keywords.evaluate import Example, evaluate
+from llmbt_compiler.keywords.generate import generate
+from llmbt_compiler.keywords.grammar import Grammar, parse_markup
+from llmbt_compiler.keywords.labels import TaggedStep, follows
+from llmbt_compiler.keywords.tagger import NumpyTagger, TorchTagger, UnknownTaggerError, load_tagger, tagger_names
+
+CANONICAL = (Path(__file__).parent / "golden" / "canonical.txt").read_text("utf-8").splitlines()
+
+
+def marked(step: TaggedStep) -> str:
+    out, at = "", 0
+    for s in step.spans:
+        out += step.text[at : s.start] + f"[{s.label[0]} {s.text}]"
+        at = s.end
+    return out + step.text[at:]
+
+
+@pytest.mark.parametrize("line", CANONICAL)
+def test_canonical_steps(fast: NumpyTagger, line: str) -> None:
+    (step,) = fast.tag(["".join(s.text for s in parse_markup(line))])
+    assert marked(step) == line
+
+
+def test_the_development_steps(fast: NumpyTagger, dev: tuple[Example, ...]) -> None:
+    figures = evaluate(dev, [t.spans for t in fast.tag([e.text for e in dev])])
+    assert figures.scores.f1 >= 0.95
+    assert figures.whole_step_accuracy >= 0.85
+
+
+def test_the_fast_path_gives_the_references_labels(
+    fast: NumpyTagger, reference: TorchTagger, dev: tuple[Example, ...], grammar: Grammar
+) -> None:
+    texts = [e.text for e in dev] + [s.text for s in islice(generate(grammar, 300, 77), 300)]
+    for ours, theirs in zip(fast.tag(texts), reference.tag(texts), strict=True):
+        assert [w.label for w in ours.words] == [w.label for w in theirs.words]
+        assert ours.confidence == pytest.approx(theirs.confidence, abs=5e-3)
+
+
+HOSTILE = ["", " \n\t", "\x00\u200b\ufffd", "(((", "*" * 3000, "a" * 100_000, "Pick up the cup. " * 400, "杯子を取る", "a-" * 5000]
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+def test_no_text_breaks_it(fast: NumpyTagger, text: str) -> None:
+    (step,) = fast.tag([text])
+    labels = [w.label for w in step.words]
+    assert all(follows(a, b) for a, b in zip((None, *labels), labels, strict=False))
+    assert 0 <= step.confidence <= 1
+
+
+def test_a_step_does_not_depend_on_its_company(fast: NumpyTagger, dev: tuple[Example, ...]) -> None:
+    texts = [e.text for e in dev[:20]]
+    assert [s.spans for s in fast.tag(texts)] != []
+    for together, alone in zip(fast.tag(texts), (fast.tag([t])[0] for t in texts), strict=True):
+        assert [w.label for w in together.words] == [w.label for w in alone.words]
+    assert fast.tag([]) == ()
+
+
+def test_confidence_is_that_of_the_worst_word(fast: NumpyTagger) -> None:
+    (step,) = fast.tag(["Place object 6 on position 32."])
+    assert step.confidence == min(w.confidence for w in step.words)
+    for span in step.spans:
+        inside = [w.confidence for w in step.words if span.start <= w.start < span.end]
+        assert span.confidence == min(inside)
+
+
+def test_names() -> None:
+    assert {"default", "torch"} <= set(tagger_names())
+    with pytest.raises(UnknownTaggerError, match="there are default"):
+        load_tagger("bert")
+
+
+def test_the_default_imports_neither_torch_nor_transformers() -> None:
+    code = (
+        "import sys; from llmbt_compiler.keywords.tagger import load_tagger;"
+        "load_tagger().tag(['Pick up the cup.']);"
+        "assert not {'torch', 'transformers', 'jinja2'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)})

@@ -1,0 +1,54 @@
+"""Training: goes on from the shipped weights for a handful of steps, resumes, repeats."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from llmbt_compiler.keywords.evaluate import Example
+from llmbt_compiler.keywords.tagger import MODEL, NumpyTagger
+
+torch = pytest.importorskip("torch")
+
+
+@pytest.mark.slow
+def test_a_short_run_repeats_and_an_interrupted_one_goes_on(tmp_path: Path, dev: tuple[Example, ...]) -> None:
+    from llmbt_compiler.keywords.train import Progress, TrainSettings, train
+
+    settings = TrainSettings(seed=1, samples=24, epochs=2, batch=8, learning_rate=1e-5)
+    seen: list[Progress] = []
+    whole = train(
+        tmp_path / "whole", settings, start_from=MODEL, dev=dev[:8], extra=dev[:2], progress=seen.append
+    )
+    assert len(whole.losses) == 2
+    assert seen[-1].done == seen[-1].total
+    assert whole.dev is not None
+    assert whole.dev.n == 8
+    assert not (tmp_path / "whole" / "checkpoint.pt").exists()
+
+    class Interrupted(Exception):
+        pass
+
+    def stop(p: Progress) -> None:
+        if p.epoch == 1:
+            raise Interrupted
+
+    with pytest.raises(Interrupted):
+        train(tmp_path / "parts", settings, start_from=MODEL, extra=dev[:2], progress=stop)
+    assert (tmp_path / "parts" / "checkpoint.pt").exists()
+    resumed: list[Progress] = []
+    parts = train(tmp_path / "parts", settings, start_from=MODEL, extra=dev[:2], progress=resumed.append)
+    assert min(p.epoch for p in resumed) == 1
+    assert parts.losses == pytest.approx(whole.losses, rel=1e-4)
+
+    texts = [e.text for e in dev[:30]]
+    a, b = (NumpyTagger(tmp_path / name).tag(texts) for name in ("whole", "parts"))
+    assert [[w.label for w in s.words] for s in a] == [[w.label for w in s.words] for s in b]
+
+
+def test_missing_base_weights_are_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    from llmbt_compiler.keywords import train
+
+    monkeypatch.setattr(train, "BASE_PACKAGE", "no_such_package")
+    with pytest.raises(train.BaseWeightsError, match="make train-setup"):
+        train.find_base()
