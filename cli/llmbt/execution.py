@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,13 +15,14 @@ import numpy as np
 from llmbt.progress import Progress
 from llmbt_atl.library import Library, load_library
 from llmbt_atl.state import Domain, domain_of
-from llmbt_ir.condition import Goals
-from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, nearest
+from llmbt_ir.condition import Facts, Goals, parse_condition
+from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span, nearest
 from llmbt_ir.scene import Scene, to_semantic_map
 from llmbt_ir.semantic_map import write_map
 from llmbt_ir.tree import goals_of
 from llmbt_ir.tree_xml import GoalRecord, TreeFile, parse_tree
 from llmbt_ir.versions import VersionStore, sha256, write_atomic
+from llmbt_ir.xml import read_bytes
 from llmbt_runtime.disturbance import draw, symbolic_events
 from llmbt_runtime.executor import Settings, execute
 from llmbt_runtime.initial import facts_of_map
@@ -42,6 +44,7 @@ class Order:
     disturb: str = "none"
     budget: int = 200_000
     picture: Path | None = None
+    state: Path | None = None
 
 
 def exit_code_of(outcome: Outcome) -> ExitCode:
@@ -167,16 +170,31 @@ def _world(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -
 
 
 def _symbolic(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
-    facts = facts_of_map(domain, to_semantic_map(order.scene))
+    facts = read_state(order.state) if order.state else facts_of_map(domain, to_semantic_map(order.scene))
     there = domain.for_state(facts)
     rng = np.random.default_rng((order.seed, 0x5EED))
     return SymbolicWorld(there, facts, rng, events=symbolic_events(names, there, facts, goals[0], rng))
 
 
+def read_state(path: Path) -> Facts:
+    """The state that a version's record says its certificate starts from. E063 where there is none."""
+    try:
+        texts = json.loads(read_bytes(path, "record"))["certificate"]["state"]
+        facts = frozenset(c for t in texts if (c := parse_condition(t)) is not None)
+    except (ValueError, KeyError, TypeError):
+        facts = frozenset()
+    if not facts:
+        hint = "give the tree.vNNN.json of a version that was made during a run"
+        raise LlmbtError(Diagnostic("E063", "no state is recorded here", Span(str(path)), help=hint))
+    return facts
+
+
 def _bullet(order: Order, goals: Goals, names: tuple[str, ...]) -> World:
+    from llmbt_runtime.bullet.disturbances import DisturbanceSpec
     from llmbt_runtime.bullet.world import BulletWorld
 
-    return BulletWorld(order.scene, order.seed, goals=goals[0])
+    specs = tuple(DisturbanceSpec(name) for name in names)
+    return BulletWorld(order.scene, order.seed, disturbances=specs, goals=goals[0])
 
 
 def _picture(world: World, folder: Path, name: str, order: Order) -> None:

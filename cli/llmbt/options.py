@@ -26,12 +26,18 @@ out_folder = click.option(
 
 
 def execution_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """--world, --seed, --disturb, --budget, --picture."""
+    """--world, --state, --seed, --disturb, --budget, --picture."""
     for option in (
         click.option("--picture", is_flag=True, help="Write a picture of the scene at the start and at the end."),
         click.option("--budget", type=click.IntRange(0), default=200_000, show_default=True, help="State expansions."),
         click.option("--disturb", default="none", show_default=True, help="A disturbance's name, none, or random[:N]."),
         click.option("--seed", type=int, default=0, show_default=True, envvar="LLMBT_SEED", help="Of all chance."),
+        click.option(
+            "--state",
+            type=click.Path(path_type=Path),
+            default=None,
+            help="With --world symbolic: start from the state in a version's record (tree.vNNN.json).",
+        ),
         click.option("--world", type=click.Choice(["bullet", "symbolic"]), default="bullet", show_default=True),
     ):
         command = option(command)

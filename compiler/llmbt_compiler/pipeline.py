@@ -111,7 +111,7 @@ def compile_request(
         if stage.name != "build":
             keep(stage.artifact, stage.write(value, context))
         observe(stage, value)
-        _refuse(stage, value, context)
+        _refuse(stage, value)
     return Compiled(values)
 
 
@@ -120,7 +120,7 @@ def stage_names() -> tuple[str, ...]:
     return tuple(s.name for s in STAGES)
 
 
-def _refuse(stage: Stage, value: Any, context: Context) -> None:
+def _refuse(stage: Stage, value: Any) -> None:
     """Stop where a stage's value is no basis for the next one."""
     if stage.name == "filter" and isinstance(value, Question):
         raise LlmbtError(
@@ -132,20 +132,8 @@ def _refuse(stage: Stage, value: Any, context: Context) -> None:
             ),
             exit_code=ExitCode.UNCLEAR,
         )
-    if stage.name == "parse" and isinstance(value, ParseResult):
-        errors = tuple(value.errors())
-        weak = [d for d in errors if context.partial and d.code == "E306"]
-        if len(errors) > len(weak):
-            raise LlmbtError(*errors, exit_code=value.exit_code)
-        if not value.goals:
-            raise LlmbtError(
-                Diagnostic(
-                    "E340",
-                    "no step asks for anything that changes the scene",
-                    Span("steps.json"),
-                    help="; ".join(n.text for n in value.notes[:3]),
-                )
-            )
+    if stage.name == "parse" and isinstance(value, ParseResult) and not value.ok:
+        raise LlmbtError(*value.errors(), exit_code=value.exit_code)
 
 
 # -- the stages ----------------------------------------------------------------------------------------------------
@@ -161,13 +149,15 @@ def _keywords(steps: Steps, context: Context) -> tuple[LabelledStep, ...]:
 
     tagged = load_tagger(context.tagger).tag([s.text for s in steps.steps])
     return tuple(
-        LabelledStep(s.number, s.text, t.spans, t.confidence, Extent(s.start, s.end))
+        LabelledStep(s.number, s.text, t.spans, t.confidence, Extent(s.start, s.end), s.runs)
         for s, t in zip(steps.steps, tagged, strict=True)
     )
 
 
 def _parse(steps: tuple[LabelledStep, ...], context: Context) -> ParseResult:
-    return parse(steps, context.semantic_map, context.library, threshold=context.threshold)
+    return parse(
+        steps, context.semantic_map, context.library, threshold=context.threshold, partial=context.partial
+    )
 
 
 def _build(parsed: ParseResult, context: Context) -> bytes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-__all__ = ["ActionCall", "Condition", "Facts", "Goals", "all_hold", "holds", "satisfied", "show"]
+__all__ = ["ActionCall", "Condition", "Facts", "Goals", "all_hold", "holds", "parse_condition", "satisfied", "show"]
 
 
 def show(name: str, args: tuple[str, ...]) -> str:
@@ -34,6 +34,15 @@ class Condition:
     def fact(self) -> Condition:
         """The positive literal."""
         return self if not self.negated else replace(self, negated=False)
+
+
+def parse_condition(text: str) -> Condition | None:
+    """The condition that `str` wrote; None where the text is not one."""
+    negated = text.startswith("not ")
+    name, _, rest = text.removeprefix("not ").partition("(")
+    if not name or name != name.strip() or (rest and not rest.endswith(")")):
+        return None
+    return Condition(name, tuple(a.strip() for a in rest[:-1].split(",")) if rest else (), negated)
 
 
 Facts = frozenset[Condition]

@@ -140,7 +140,7 @@ def parse_map(data: bytes, source: str = "map.xml") -> SemanticMap:
             n.get("name") or n.get("id", "").replace("_", " "),
             n.get("type", "place"),
             n.get("parent"),
-            n.get("buffer") == "true",
+            (n.get("buffer") or "").strip() in ("true", "1"),
         )
         for n in root.iterfind("Places/Place")
     )

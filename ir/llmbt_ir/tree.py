@@ -49,7 +49,7 @@ def node_id(goal: str, *chain: str) -> str:
     """A stable id: the goal's label and a hash of why the node is there. `goal` alone names the goal's own node."""
     if not chain:
         return goal
-    digest = hashlib.blake2s("\0".join((goal, *chain)).encode(), digest_size=4).hexdigest()
+    digest = hashlib.blake2s("\0".join((goal, *chain)).encode(), digest_size=6).hexdigest()
     return f"{goal.split('.', maxsplit=1)[0]}.{digest}"
 
 

@@ -7,12 +7,14 @@ own id stands in `_id`, which BehaviorTree.CPP ignores. A branch deeper than `SP
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
-from llmbt_ir.condition import ActionCall, Condition, Goals
+from llmbt_ir.condition import ActionCall, Condition, Goals, parse_condition
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
 from llmbt_ir.signatures import Signatures
 from llmbt_ir.tree import Kind, Node, Tree, node_id
@@ -23,6 +25,9 @@ __all__ = ["SPLIT_DEPTH", "GoalRecord", "Provenance", "TreeFile", "parse_tree", 
 SPLIT_DEPTH = 200
 MAIN = "Main"
 INVERTER = "Inverter"
+MAX_NODES = 100_000
+MAX_NESTED = 1_000
+"""Limits of one tree with its SubTrees written out: n levels of two SubTrees each stand for 2**n nodes."""
 MEMORY = {"Sequence": "ReactiveSequence", "Fallback": "ReactiveFallback"}
 
 
@@ -101,8 +106,12 @@ def write_tree(tree: Tree, signatures: Signatures, provenance: Provenance | None
     return ("\n".join(lines) + "\n").encode()
 
 
+NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+REPLACEMENT = "\ufffd"
+
+
 def _attributes(pairs: Iterable[tuple[str, str]]) -> str:
-    return "".join(f" {k}={quoteattr(v)}" for k, v in pairs)
+    return "".join(f" {k}={quoteattr(NOT_XML.sub(REPLACEMENT, v))}" for k, v in pairs)
 
 
 def _branch(tree: Tree, top: str, signatures: Signatures, pending: list[tuple[str, str]]) -> Iterator[str]:
@@ -174,8 +183,8 @@ def parse_tree(data: bytes, source: str, signatures: Signatures | None = None) -
     """Parse a BehaviorTree.CPP 4 file of reactive nodes, conditions and actions.
 
     Leaves are told apart by `signatures`, or else by the file's own TreeNodesModel. Nodes without `_id` get one from
-    their position. Errors: E050 not a BT.CPP 4 file, E051 no such tree, E052 a node this engine does not run,
-    E053 an unknown leaf, E054 wrong ports, E056 SubTrees in a circle, E057 an id twice.
+    their position. Errors: E004 too many nodes, E050 not a BT.CPP 4 file, E051 no such tree, E052 a node this engine
+    does not run, E053 an unknown leaf, E054 wrong ports, E056 SubTrees in a circle, E057 an id twice.
     """
     root = parse_xml(data, source)
     return _TreeReader(root, source, signatures).read()
@@ -198,7 +207,13 @@ class _TreeReader:
         if self.root.tag != "root" or self.root.get("BTCPP_format") != "4":
             self.fault("E050", 'not a BehaviorTree.CPP 4 file: the root is <root BTCPP_format="4">', self.root)
             raise LlmbtError(*self.faults)
-        trees = {str(n.get("ID")): n for n in self.root.iterfind("BehaviorTree")}
+        trees: dict[str, Element] = {}
+        for n in self.root.iterfind("BehaviorTree"):
+            name = str(n.get("ID"))
+            if name in trees:
+                first = line_of(trees[name])
+                self.fault("E057", f"<BehaviorTree> `{name}` is there twice, first in line {first}", n)
+            trees[name] = n
         wanted = self.root.get("main_tree_to_execute") or (next(iter(trees)) if len(trees) == 1 else None)
         if wanted is None or wanted not in trees:
             self.fault(
@@ -221,27 +236,18 @@ class _TreeReader:
         top: str | None = None
         stack: list[tuple[Element, str | None, str, tuple[str, ...], bool]] = []
 
-        def push_tree(name: str, parent: str | None, path: str, within: tuple[str, ...], at: Element) -> None:
-            body = list(trees[name])
-            if len(body) != 1:
-                self.fault("E050", f"<BehaviorTree ID={name!r}> must have exactly one child, not {len(body)}", at)
-                return
-            stack.append((body[0], parent, path, (*within, name), False))
-
-        push_tree(main, None, "n", (), trees[main])
+        stack.extend(self.body(trees, main, None, "n", (), trees[main]))
+        visited = 0
         while stack:
             element, parent, path, within, negated = stack.pop()
-            tag = str(element.tag)
-            if tag == "SubTree":
-                name = str(element.get("ID"))
-                if name not in trees:
-                    self.fault("E051", f"no <BehaviorTree> named `{name}`", element)
-                elif name in within:
-                    self.fault("E056", f"SubTree `{name}` contains itself", element)
-                else:
-                    push_tree(name, parent, path, within, element)
+            visited += 1
+            self.limits(element, visited, len(within))
+            if not self.shape(element, negated):
                 continue
-            if tag == INVERTER and len(element) == 1:
+            if element.tag == "SubTree":
+                stack.extend(self.body(trees, str(element.get("ID")), parent, path, within, element))
+                continue
+            if element.tag == INVERTER:
                 stack.append((element[0], parent, path, within, not negated))
                 continue
             node = self.node(element, path, negated)
@@ -259,6 +265,8 @@ class _TreeReader:
             if node.kind in (Kind.SEQUENCE, Kind.FALLBACK):
                 children[node.id] = []
                 below = list(element)
+                if len(path) > 200:
+                    path = sha256(path.encode()).hexdigest()
                 stack.extend(
                     (below[i], node.id, f"{path}.{i + 1}", within, False) for i in range(len(below) - 1, -1, -1)
                 )
@@ -267,13 +275,52 @@ class _TreeReader:
             self.nodes[id_] = Node(id_, node.kind, tuple(found))
         return top
 
+    def body(
+        self,
+        trees: Mapping[str, Element],
+        name: str,
+        parent: str | None,
+        path: str,
+        within: tuple[str, ...],
+        at: Element,
+    ) -> list[tuple[Element, str | None, str, tuple[str, ...], bool]]:
+        """What stands in the <BehaviorTree> of a name, to be built where `at` is; nothing where that is a fault."""
+        if name not in trees:
+            self.fault("E051", f"no <BehaviorTree> named `{name}`", at)
+        elif name in within:
+            self.fault("E056", f"SubTree `{name}` contains itself", at)
+        elif len(trees[name]) != 1:
+            self.fault("E050", f"<BehaviorTree ID={name!r}> must have exactly one child, not {len(trees[name])}", at)
+        else:
+            return [(trees[name][0], parent, path, (*within, name), False)]
+        return []
+
+    def limits(self, element: Element, visited: int, nested: int) -> None:
+        """Stop where SubTrees in SubTrees stand for more than anyone can mean."""
+        if visited > MAX_NODES or nested > MAX_NESTED:
+            what = f"{MAX_NODES} nodes" if visited > MAX_NODES else f"{MAX_NESTED} nested SubTrees"
+            self.fault("E004", f"the tree has more than {what}", element)
+            raise LlmbtError(self.faults[-1])
+
+    def shape(self, element: Element, negated: bool) -> bool:
+        """Whether an element has the children that its kind has to have; otherwise a fault."""
+        tag, n = str(element.tag), len(element)
+        if negated and tag in (Kind.SEQUENCE, Kind.FALLBACK, "SubTree"):
+            self.fault("E052", f"<{INVERTER}> goes with one condition", element)
+        elif tag == INVERTER and n != 1:
+            self.fault("E050", f"<{INVERTER}> has one child, not {n}", element)
+        elif tag in (Kind.SEQUENCE, Kind.FALLBACK) and n == 0:
+            self.fault("E050", f"<{tag}> needs a child", element)
+        elif n and (tag in self.signatures.conditions or tag in self.signatures.actions):
+            self.fault("E050", f"<{tag}> has no children", element)
+        else:
+            return True
+        return False
+
     def node(self, element: Element, path: str, negated: bool) -> Node | None:
         tag = str(element.tag)
         id_ = element.get("_id") or node_id("n", path)
         if tag in (Kind.SEQUENCE.value, Kind.FALLBACK.value):
-            if negated:
-                self.fault("E052", f"<{INVERTER}> goes with one condition", element)
-                return None
             return Node(id_, Kind(tag))
         if tag in MEMORY:
             self.fault(
@@ -326,7 +373,7 @@ class _TreeReader:
         goals = []
         for g in node.iterfind("Goal"):
             text, alternative = str(g.get("condition")), str(g.get("alternative", "1"))
-            found = _parse_condition(text)
+            found = parse_condition(text)
             ports = self.signatures.conditions.get(found.name) if found else None
             if found is None or ports is None or len(ports) != len(found.args) or not alternative.isdigit():
                 self.fault("E055", f"the provenance names an unknown goal `{text}`", g)
@@ -340,15 +387,6 @@ class _TreeReader:
             tuple(goals),
             tuple((str(e.tag), tuple((str(k), str(v)) for k, v in e.attrib.items())) for e in node if e.tag != "Goal"),
         )
-
-
-def _parse_condition(text: str) -> Condition | None:
-    """The condition that `str` wrote."""
-    negated = text.startswith("not ")
-    name, _, rest = text.removeprefix("not ").partition("(")
-    if not name or (rest and not rest.endswith(")")):
-        return None
-    return Condition(name, tuple(a.strip() for a in rest[:-1].split(",")) if rest else (), negated)
 
 
 def _model_of(root: Element) -> Signatures:

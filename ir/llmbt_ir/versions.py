@@ -73,12 +73,14 @@ class VersionStore:
         for path in self.folder.glob("tree.v*.json"):
             match = re.fullmatch(r"tree\.v(\d{3,})\.json", path.name)
             tree = path.with_suffix(".xml")
-            if match is None or not tree.is_file():
+            if match is None or path.stem != f"tree.{version_name(int(match[1]))}" or not tree.is_file():
                 continue
             try:
                 record = json.loads(path.read_bytes())
             except (ValueError, OSError) as fault:
                 raise LlmbtError(Diagnostic("E060", f"not a version record: {fault}", Span(str(path)))) from None
+            if not isinstance(record, dict):
+                raise LlmbtError(Diagnostic("E060", "not a version record: no JSON object", Span(str(path))))
             if record.get("sha256") != sha256(tree.read_bytes()):
                 raise LlmbtError(
                     Diagnostic(

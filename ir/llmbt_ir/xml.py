@@ -21,22 +21,22 @@ from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 __all__ = ["MAX_BYTES", "MAX_DEPTH", "line_of", "parse_xml", "read_bytes", "schema_of"]
 
 MAX_BYTES = 64 * 1024 * 1024
-MAX_DEPTH = 10_000
+MAX_DEPTH = 2_000
+"""libxml2 stops at 2,048 levels of its own accord."""
+MAX_ATTRIBUTES = 200
+"""Of one element: libxml2 takes a minute over 100,000."""
 Element = etree._Element
 
 
 def read_bytes(path: Path, what: str) -> bytes:
     """The bytes of a file; a missing, unreadable or oversized one is a diagnostic (E001, E002)."""
     try:
-        size = path.stat().st_size
         if path.is_dir():
             raise IsADirectoryError(f"{path} is a folder")
-        if size > MAX_BYTES:
-            raise LlmbtError(Diagnostic("E002", f"{what} is larger than {MAX_BYTES // 2**20} MiB", Span(str(path))))
-        return path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)  # a device has no size and no end
     except OSError as fault:
-        siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
-        close = difflib.get_close_matches(path.name, siblings, n=3)
+        close = difflib.get_close_matches(path.name, _siblings(path), n=3)
         raise LlmbtError(
             Diagnostic(
                 "E001",
@@ -46,6 +46,16 @@ def read_bytes(path: Path, what: str) -> bytes:
                 candidates=tuple(close),
             )
         ) from None
+    if len(data) > MAX_BYTES:
+        raise LlmbtError(Diagnostic("E002", f"{what} is larger than {MAX_BYTES // 2**20} MiB", Span(str(path))))
+    return data
+
+
+def _siblings(path: Path) -> list[str]:
+    try:
+        return sorted(p.name for p in path.parent.iterdir())
+    except OSError:
+        return []
 
 
 def line_of(element: Element) -> int:
@@ -59,13 +69,21 @@ def _refuse(source: str, code: str, title: str, line: int = 0, hint: str = "", t
 
 
 def _scan(data: bytes, source: str, max_depth: int) -> None:
-    """Well-formed, no DOCTYPE, no processing instruction bombs, at most `max_depth` levels."""
+    """Well-formed, no DOCTYPE, no processing instruction bombs, at most `max_depth` levels, no element of too many
+    attributes."""
     parser = expat.ParserCreate()
     depth = 0
 
-    def start(_name: str, _attributes: dict[str, str]) -> None:
+    def start(name: str, attributes: dict[str, str]) -> None:
         nonlocal depth
         depth += 1
+        if len(attributes) > MAX_ATTRIBUTES:
+            raise _refuse(
+                source,
+                "E004",
+                f"<{name[:40]}> has more than {MAX_ATTRIBUTES} attributes",
+                parser.CurrentLineNumber,
+            )
         if depth > max_depth:
             raise _refuse(
                 source,
@@ -104,7 +122,7 @@ def _scan(data: bytes, source: str, max_depth: int) -> None:
 def parse_xml(data: bytes, source: str, *, schema: str | None = None, max_depth: int = MAX_DEPTH) -> Element:
     """The root element of a document, checked before it is built, and against a schema where one is named.
 
-    Errors: E003 not well-formed, E004 too deep, E005 DOCTYPE, E006 not as the schema wants it.
+    Errors: E003 not well-formed, E004 too deep or too wide, E005 DOCTYPE, E006 not as the schema wants it.
     """
     _scan(data, source, max_depth)
     parser = etree.XMLParser(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+
 from llmbt_compiler.keywords.evaluate import Example, read_examples
 from llmbt_compiler.keywords.generate import vocabulary_words
 from llmbt_compiler.keywords.grammar import Grammar

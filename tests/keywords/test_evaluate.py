@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+
 from llmbt_compiler.keywords.evaluate import Example, ExampleError, evaluate, read_examples
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 
@@ -22,9 +23,7 @@ def test_all_right() -> None:
 
 
 def test_a_span_cut_short_is_wrong() -> None:
-    figures = evaluate(
-        [Example(TEXT, (PUT, RED_CUP, TABLE)), Example(TEXT, (PUT,))], [(PUT, CUP, TABLE), (PUT,)]
-    )
+    figures = evaluate([Example(TEXT, (PUT, RED_CUP, TABLE)), Example(TEXT, (PUT,))], [(PUT, CUP, TABLE), (PUT,)])
     assert figures.scores.precision == figures.scores.recall == pytest.approx(3 / 4)
     assert figures.whole_step_accuracy == 0.5
     assert figures.wrong == (0,)

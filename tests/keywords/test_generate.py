@@ -7,6 +7,7 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
+
 from llmbt_compiler.keywords.generate import Sample, generate
 from llmbt_compiler.keywords.grammar import DATA, Grammar, GrammarError, gerund, parse_markup, third_person
 from llmbt_compiler.keywords.labels import Kind, decode, encode
@@ -51,9 +52,7 @@ def test_every_keyword_is_well_formed(grammar: Grammar) -> None:
 def test_every_rule_can_be_drawn(grammar: Grammar) -> None:
     """A line that names a rule that does not exist is found here, not in the middle of training."""
     for structure in grammar.structures:
-        for sample in generate(
-            grammar, 300, 5, NO_NOISE, {s: float(s == structure) for s in grammar.structures}
-        ):
+        for sample in generate(grammar, 300, 5, NO_NOISE, {s: float(s == structure) for s in grammar.structures}):
             assert sample.structure == structure
             assert "{" not in sample.text
 

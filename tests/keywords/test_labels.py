@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from llmbt_compiler.keywords.decoding import best_path
 from llmbt_compiler.keywords.labels import (
     LABELS,
@@ -22,9 +25,9 @@ from llmbt_compiler.keywords.labels import (
 )
 
 words = st.text(alphabet="abcXYZ019éß_", min_size=1, max_size=6)
-texts = st.lists(
-    words | st.sampled_from([",", ".", "(", ")", "**", "T-shirt", "A.4", "it's", "–"]), max_size=12
-).map(" ".join)
+texts = st.lists(words | st.sampled_from([",", ".", "(", ")", "**", "T-shirt", "A.4", "it's", "–"]), max_size=12).map(
+    " ".join
+)
 
 
 @st.composite
@@ -55,7 +58,7 @@ def test_decode_undoes_encode(case: tuple[str, tuple[Word, ...]]) -> None:
 def test_spans_are_in_order_and_apart(case: tuple[str, tuple[Word, ...]]) -> None:
     text, tagged = case
     spans = decode(text, tagged)
-    assert all(a.end <= b.start for a, b in zip(spans, spans[1:], strict=False))
+    assert all(a.end <= b.start for a, b in pairwise(spans))
     assert all(s.text == text[s.start : s.end] and s.text.strip() == s.text for s in spans)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from llmbt_compiler.keywords.evaluate import Example
 from llmbt_compiler.keywords.labels import split
 from llmbt_compiler.keywords.pieces import CLS, SEP, UNK, WordPiece, read_vocabulary, windows

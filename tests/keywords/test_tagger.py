@@ -9,6 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
+
 from llmbt_compiler.keywords.evaluate import Example, evaluate
 from llmbt_compiler.keywords.generate import generate
 from llmbt_compiler.keywords.grammar import Grammar, parse_markup
@@ -47,7 +48,17 @@ def test_the_fast_path_gives_the_references_labels(
         assert ours.confidence == pytest.approx(theirs.confidence, abs=5e-3)
 
 
-HOSTILE = ["", " \n\t", "\x00\u200b\ufffd", "(((", "*" * 3000, "a" * 100_000, "Pick up the cup. " * 400, "杯子を取る", "a-" * 5000]
+HOSTILE = [
+    "",
+    " \n\t",
+    "\x00\u200b\ufffd",
+    "(((",
+    "*" * 3000,
+    "a" * 100_000,
+    "Pick up the cup. " * 400,
+    "杯子を取る",
+    "a-" * 5000,
+]
 
 
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+
 from llmbt_compiler.keywords.evaluate import Example
 from llmbt_compiler.keywords.tagger import MODEL, NumpyTagger
 
@@ -17,23 +18,21 @@ def test_a_short_run_repeats_and_an_interrupted_one_goes_on(tmp_path: Path, dev:
 
     settings = TrainSettings(seed=1, samples=24, epochs=2, batch=8, learning_rate=1e-5)
     seen: list[Progress] = []
-    whole = train(
-        tmp_path / "whole", settings, start_from=MODEL, dev=dev[:8], extra=dev[:2], progress=seen.append
-    )
+    whole = train(tmp_path / "whole", settings, start_from=MODEL, dev=dev[:8], extra=dev[:2], progress=seen.append)
     assert len(whole.losses) == 2
     assert seen[-1].done == seen[-1].total
     assert whole.dev is not None
     assert whole.dev.n == 8
     assert not (tmp_path / "whole" / "checkpoint.pt").exists()
 
-    class Interrupted(Exception):
+    class StopHereError(Exception):
         pass
 
     def stop(p: Progress) -> None:
         if p.epoch == 1:
-            raise Interrupted
+            raise StopHereError
 
-    with pytest.raises(Interrupted):
+    with pytest.raises(StopHereError):
         train(tmp_path / "parts", settings, start_from=MODEL, extra=dev[:2], progress=stop)
     assert (tmp_path / "parts" / "checkpoint.pt").exists()
     resumed: list[Progress] = []

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from llmbt_compiler.keywords.tagger import MODEL
 from llmbt_compiler.keywords.weights import (
     EMBEDDINGS,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from llmbt_atl.library import Library, load_library, parse_library
 from llmbt_ir.geometry import Pose
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
@@ -49,20 +50,20 @@ def cargo_map(*, at: dict[str, str] | None = None) -> SemanticMap:
     at = at or {}
     objects = tuple(
         MapObject(
-            f"object_{i}", f"{c} block", c, "block", (0.04, 0.04, 0.05), Pose((0.0, 0.0, 0.0)),
+            f"object_{i}", f"{c} block", c, "cube", (0.04, 0.04, 0.05), Pose((0.0, 0.0, 0.0)),
             at.get(f"object_{i}", "sorting_area"),
         )
         for i, c in _COLOURS.items()
     )  # fmt: skip
-    levels = tuple(MapPlace(f"shelf_level_{n}", f"shelf level {n}", "level", "shelf") for n in (1, 2, 3))
+    levels = tuple(MapPlace(f"shelf_level_{n}", f"level {n}", "level", "shelf") for n in (1, 2, 3))
     slots = tuple(
         MapPlace(f"position_{n}{k}", f"position {n}{k}", "slot", f"shelf_level_{n}")
         for n in (1, 2, 3)
         for k in (1, 2, 3, 4)
     )
     ground = (
-        MapPlace("workbench", "workbench", "container"),
-        MapPlace("sorting_area", "sorting area", "region", "workbench", buffer=True),
+        MapPlace("workbench", "workbench", "region"),
+        MapPlace("sorting_area", "sorting area", "buffer", "workbench", buffer=True),
         MapPlace("shelf", "shelf", "container"),
     )
     return SemanticMap("cargo_sorting", "cargo_sorting", objects, ground + levels + slots)

@@ -12,10 +12,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
 from llmbt_atl.library import Library
 from llmbt_compiler.parsing import parse
 from llmbt_ir.semantic_map import SemanticMap
-
 from tests.parsing.labelled import shown, steps
 
 FOLDER = Path(__file__).parent / "golden"
@@ -40,7 +40,6 @@ def test_golden(file: Path, title: str, given: list[str], expected: list[str], r
 def update() -> None:
     """Write the results of all blocks anew."""
     from llmbt_atl.library import load_library, parse_library
-
     from tests.parsing.conftest import HOUSEHOLD, cargo_map, household_map
 
     cargo = load_library("cargo_sorting")

@@ -1,4 +1,5 @@
-"""The cargo scene as a map, a library of one's own, and an endpoint on the loopback that speaks like OpenAI's."""
+"""The cargo scene as a map, a library of one's own, and an endpoint on the loopback that speaks like
+OpenAI's."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 import pytest
+
 from llmbt_atl.library import Library, load_library
 from llmbt_ir.geometry import Pose
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap

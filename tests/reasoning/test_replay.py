@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+
 from llmbt_compiler.reasoning.author import author, author_all, read_replies
 from llmbt_compiler.reasoning.cassette import body_hash, find, read_cassette, render_cassette, session
 from llmbt_compiler.reasoning.chat import (
@@ -112,7 +113,8 @@ def test_replay_imports_no_sdk(made):
     code = (
         "import sys; from pathlib import Path\n"
         "from llmbt_compiler.reasoning import chat, cassette, dialogue, author\n"
-        "assert not {'vcr', 'openai', 'yaml', 'httpx2', 'jinja2'} & set(sys.modules), 'imported at start-up'\n"
+        "assert not {'vcr', 'openai', 'yaml', 'httpx2', 'jinja2'} & set(sys.modules), 'imported at "
+        "start-up'\n"
         f"turn = cassette.read_cassette(Path({str(made.path)!r})).turns[0]\n"
         f"chat.ask(turn.messages, chat.Settings(), chat.Replay(Path({str(made.path)!r})))\n"
         "assert 'vcr' in sys.modules and 'openai' not in sys.modules\n"
@@ -134,9 +136,10 @@ def test_a_changed_prompt_is_exit_code_4_with_the_nearest_and_a_diff(made, cargo
     diagnostic = error.diagnostics[0]
     assert diagnostic.candidates == ("red.yaml",)
     assert "`red.yaml`" in diagnostic.help
-    assert "-  - position_12: empty" in diagnostic.notes[1].replace("-    -", "-  -")
-    assert '+- object_1 "green block"' in diagnostic.notes[1]
-    assert len(diagnostic.notes[1].splitlines()) <= 25
+    assert "-    - position_12: empty" in diagnostic.notes
+    assert any(n.startswith('+- object_1 "green block"') for n in diagnostic.notes)
+    assert len(diagnostic.notes) <= 26
+    assert all("\n" not in n for n in diagnostic.notes)
 
 
 def test_the_nearest_recording_is_the_one_with_the_likest_request(cargo, library, tmp_path, refused):
@@ -182,9 +185,7 @@ def test_one_of_hundreds_is_found_without_parsing_the_others(made, cargo, librar
         (tmp_path / f"a{i}.yaml").write_text(text)
     parsed = []
     real = read_cassette
-    monkeypatch.setattr(
-        "llmbt_compiler.reasoning.cassette.read_cassette", lambda p: parsed.append(p) or real(p)
-    )
+    monkeypatch.setattr("llmbt_compiler.reasoning.cassette.read_cassette", lambda p: parsed.append(p) or real(p))
     body = request_body(build_prompt(REQUEST, cargo, library).messages, Settings())
     assert find(body, where=[tmp_path]).path == made.path
     assert parsed == [made.path]
@@ -269,11 +270,12 @@ def test_rendering_and_parsing_are_inverse(made):
     assert yaml.safe_load(made.path.read_text())["metadata"]["provenance"] == "authored"
 
 
-# --- the network ----------------------------------------------------------------------------------------------
+# --- the network --------------------------------------------------------------------------------------------
 
 
 def test_a_stray_request_fails_in_replay(made):
-    """Inside a session that replays, another request is refused by vcrpy; outside vcrpy's reach, by the socket."""
+    """Inside a session that replays, another request is refused by vcrpy; outside vcrpy's reach, by the
+    socket."""
     import httpx2
     from vcr.errors import CannotOverwriteExistingCassetteException
 
@@ -311,11 +313,11 @@ def test_a_miss_never_asks_the_endpoint(endpoint, made, cargo, library, refused)
 def test_no_network_gives_back_what_it_took():
     before = (socket.socket.connect, socket.getaddrinfo)
     with no_network():
-        assert socket.socket.connect is not before[0] or True
+        pass
     assert (socket.socket.connect, socket.getaddrinfo) == before
 
 
-# --- dialogues and the shipped recordings ---------------------------------------------------------------------
+# --- dialogues and the shipped recordings -------------------------------------------------------------------
 
 
 def test_a_question_an_answer_and_the_steps(cargo, library, tmp_path, refused):
@@ -381,9 +383,7 @@ def test_shipped_recordings_are_what_the_replies_make(tmp_path):
     assert all(a.cassette.provenance.authored for a in made)
 
 
-@pytest.mark.parametrize(
-    "dialogue", read_replies(ROOT / "fixtures/replies/replies.xml"), ids=lambda d: d.name
-)
+@pytest.mark.parametrize("dialogue", read_replies(ROOT / "fixtures/replies/replies.xml"), ids=lambda d: d.name)
 def test_shipped_recordings_answer(dialogue):
     prompt = build_prompt(dialogue.request, *_scene(dialogue.scene))
     done = converse(prompt, dialogue.answers, Settings(), Replay())

@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from llmbt_compiler.keywords.labels import KeywordSpan, Kind, SpanError, encode
+from llmbt_compiler.keywords.labels import KeywordSpan, Kind, encode
 
 if TYPE_CHECKING:
     from llmbt_compiler.keywords.tagger import Tagger
@@ -111,18 +111,9 @@ def read_examples(path: Path) -> tuple[Example, ...]:
         if not line.strip():
             continue
         try:
-            record = json.loads(line)
-            text = record["text"]
-            if not isinstance(text, str):
-                raise TypeError("text is no string")
-            spans = tuple(
-                KeywordSpan(s["start"], s["end"], Kind(s["label"]), text[s["start"] : s["end"]])
-                for s in sorted(record["spans"], key=lambda s: int(s["start"]))
-            )
-            encode(text, spans)
-        except (json.JSONDecodeError, KeyError, TypeError, ValueError, SpanError) as e:
+            out.append(_example(json.loads(line)))
+        except (KeyError, TypeError, ValueError) as e:
             raise ExampleError(f"{path}:{number}: {e}") from e
-        out.append(Example(text, spans))
     return tuple(out)
 
 
@@ -130,3 +121,15 @@ def evaluate_file(path: Path, tagger: Tagger) -> Evaluation:
     """The figures of a tagger on a file of examples. Raises ExampleError, OSError."""
     examples = read_examples(path)
     return evaluate(examples, [step.spans for step in tagger.tag([e.text for e in examples])])
+
+
+def _example(record: Any) -> Example:
+    text = record["text"]
+    if not isinstance(text, str):
+        raise TypeError("text is no string")
+    spans = tuple(
+        KeywordSpan(s["start"], s["end"], Kind(s["label"]), text[s["start"] : s["end"]])
+        for s in sorted(record["spans"], key=lambda s: int(s["start"]))
+    )
+    encode(text, spans)
+    return Example(text, spans)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,9 +42,7 @@ def forward(weights: Weights, batch: Sequence[Window]) -> list[Array]:
         context = _attention(x, t, name + "attention.self.", edges, weights.config.heads)
         if layer == last:  # from here on each piece stands for itself, and only the first ones are asked for
             x, context = x[wanted], context[wanted]
-        x = _normed(
-            x + _linear(context, t, name + "attention.output.dense"), t, name + "attention.output.LayerNorm"
-        )
+        x = _normed(x + _linear(context, t, name + "attention.output.dense"), t, name + "attention.output.LayerNorm")
         inner = _gelu(_linear(x, t, name + "intermediate.dense"))
         x = _normed(x + _linear(inner, t, name + "output.dense"), t, name + "output.LayerNorm")
 
@@ -75,7 +74,7 @@ def _attention(x: Array, t: Mapping[str, Array], name: str, edges: NDArray[np.in
     k = _linear(x, t, name + "key")
     v = _linear(x, t, name + "value")
     out = np.empty_like(x)
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in pairwise(edges.tolist()):
         n = b - a
         qh = q[a:b].reshape(n, heads, size).transpose(1, 0, 2)
         kh = k[a:b].reshape(n, heads, size).transpose(1, 2, 0)

@@ -161,9 +161,7 @@ def encode(text: str, spans: Iterable[KeywordSpan]) -> tuple[Word, ...]:
     taken: set[int] = set()
     for span in spans:
         if span.start not in starts or span.end not in ends or span.start >= span.end:
-            raise SpanError(
-                f"{span.label} {span.start}-{span.end} does not begin and end with a word of {text!r}"
-            )
+            raise SpanError(f"{span.label} {span.start}-{span.end} does not begin and end with a word of {text!r}")
         covered = range(starts[span.start], ends[span.end] + 1)
         if not taken.isdisjoint(covered):
             raise SpanError(f"{span.label} {span.start}-{span.end} overlaps another span of {text!r}")

@@ -64,7 +64,7 @@ class TorchTagger:
 
     def __init__(self, folder: Path = MODEL) -> None:
         """Imports torch and transformers, which takes seconds. Raises OSError, WeightsError."""
-        from llmbt_compiler.keywords import torch_model  # noqa: PLC0415 - seconds, and only for this tagger
+        from llmbt_compiler.keywords import torch_model
 
         weights = read_weights(folder / "weights.safetensors", widen_embeddings=True)
         self._cut = torch_model.word_cutter(folder / "vocab.txt")
@@ -117,9 +117,7 @@ def tag_with(
     for text, ws, found in zip(texts, words, cut_up, strict=True):
         rows = [scores[i] for i in range(at, at + len(found))]
         at += len(found)
-        out.append(
-            _labelled(text, ws, np.concatenate(rows) if rows else np.zeros((0, len(LABELS)), np.float32))
-        )
+        out.append(_labelled(text, ws, np.concatenate(rows) if rows else np.zeros((0, len(LABELS)), np.float32)))
     return tuple(out)
 
 

@@ -25,8 +25,8 @@ from llmbt_compiler.keywords.weights import ModelConfig
 
 __all__ = ["build", "forward", "new_model", "pad", "tensors_of", "word_cutter"]
 
-transformers_logging.set_verbosity_error()
-transformers_logging.disable_progress_bar()
+transformers_logging.set_verbosity_error()  # type: ignore[no-untyped-call]
+transformers_logging.disable_progress_bar()  # type: ignore[no-untyped-call]
 
 
 def new_model(config: ModelConfig) -> BertForTokenClassification:
@@ -39,7 +39,6 @@ def new_model(config: ModelConfig) -> BertForTokenClassification:
             num_attention_heads=config.heads,
             intermediate_size=config.intermediate,
             max_position_embeddings=config.positions,
-            num_labels=len(LABELS),
             id2label=dict(enumerate(map(str, LABELS))),
             label2id={str(name): i for i, name in enumerate(LABELS)},
         )
@@ -49,21 +48,16 @@ def new_model(config: ModelConfig) -> BertForTokenClassification:
 def build(config: ModelConfig, tensors: Mapping[str, NDArray[np.float32]]) -> BertForTokenClassification:
     """A model with these weights, ready to tag. Raises RuntimeError where they do not fit its shape."""
     model = new_model(config)
-    missing, unknown = model.load_state_dict(
-        {k: torch.from_numpy(v) for k, v in tensors.items()}, strict=False
-    )
+    missing, unknown = model.load_state_dict({k: torch.from_numpy(v) for k, v in tensors.items()}, strict=False)
     if unknown or [name for name in missing if "position_ids" not in name]:
         raise RuntimeError(f"the weights do not fit: missing {missing}, unknown {unknown}")
-    return model.eval()
+    model.train(False)
+    return model
 
 
 def tensors_of(model: BertForTokenClassification) -> dict[str, NDArray[np.float32]]:
     """The model's weights by name."""
-    return {
-        k: v.detach().numpy().astype(np.float32)
-        for k, v in model.state_dict().items()
-        if v.is_floating_point()
-    }
+    return {k: v.detach().numpy().astype(np.float32) for k, v in model.state_dict().items() if v.is_floating_point()}
 
 
 def word_cutter(vocabulary: Path) -> Callable[[str], list[int]]:

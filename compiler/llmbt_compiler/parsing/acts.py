@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import Pattern, Role, Template
-
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ground import Grounding, Stop
 from llmbt_compiler.parsing.ledger import Entry
@@ -175,9 +174,8 @@ class Acting(Grounding):
 
     def free(self, clause: Clause, template: Template, phrases: Sequence[Phrase]) -> None:
         slot = template.param(Role.LOCATION)
-        assert slot is not None
-        pattern = _goal_pattern(template, self.scene.library, {slot.name})
-        if pattern is None:
+        pattern = _goal_pattern(template, self.scene.library, {slot.name}) if slot is not None else None
+        if pattern is None or slot is None:
             self.unknown_action(clause, Verb(clause.action, clause.action))
             return
         type_ = self.scene.library.conditions[pattern.name].params[0].type

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from llmbt_atl.template import Role, Template
-from llmbt_ir.diagnostics import Diagnostic, Severity, Span
-
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Note, NoteKind
@@ -25,6 +23,7 @@ from llmbt_compiler.parsing.resolve import (
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, Verb, shape_of
 from llmbt_compiler.parsing.words import Token, lexicon
+from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 
 __all__ = ["Grounding", "Stop"]
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from llmbt_ir.condition import Condition
-
 from llmbt_compiler.parsing.model import Extent, Goal, LabelledStep, Note, NoteKind
+from llmbt_ir.condition import Condition
 
 __all__ = ["Entry", "Ledger"]
 

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
+from llmbt_compiler.keywords.labels import KeywordSpan
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, Severity
-
-from llmbt_compiler.keywords.labels import KeywordSpan
 
 __all__ = ["Extent", "Goal", "LabelledStep", "Note", "NoteKind", "ParseResult", "exit_code_of"]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.phrase import Description, conjuncts, describe, split_place
-from llmbt_compiler.parsing.scene import Entity, Scene, natural, squash
+from llmbt_compiler.parsing.scene import Entity, Scene, compact, natural, squash
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
 __all__ = ["ANYWHERE", "ORIGIN", "Fault", "Found", "Talk", "resolve_objects", "resolve_places"]
@@ -79,12 +79,17 @@ def _says(parts: Sequence[Token]) -> str:
     return " ".join(kept)[:80]
 
 
-def _exact(parts: Sequence[Token], pool: Iterable[Entity]) -> tuple[Entity, ...]:
+def _exact(parts: Sequence[Token], pool: Sequence[Entity]) -> tuple[Entity, ...]:
+    """The things whose id, or else whose name, the whole phrase spells."""
     plain = [t for t in parts if not lexicon().is_(t.text, "articles")]
     keys = {squash(parts), squash(plain)} - {""}
-    pool = tuple(pool)
-    by_id = tuple(e for e in pool if squash(tokens(e.id)) in keys)
-    return by_id or tuple(e for e in pool if not e.keys.isdisjoint(keys))
+    ids = {e.id: squash(tokens(e.id)) for e in pool}
+    glued = {compact(k) for k in keys}
+    return (
+        tuple(e for e in pool if ids[e.id] in keys)
+        or tuple(e for e in pool if not e.keys.isdisjoint(keys))
+        or tuple(e for e in pool if compact(ids[e.id]) in glued)
+    )
 
 
 def _closeness(number: str, entity: Entity) -> int:
@@ -230,9 +235,7 @@ def _borrowed(descriptions: list[Description]) -> list[Description]:
     return out
 
 
-def _objects(  # noqa: PLR0911, PLR0917 - one case a line
-    d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str, ...], picking: bool
-) -> Found | Fault:
+def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str, ...], picking: bool) -> Found | Fault:
     if d.pronoun or (d.same and not d.numbers):
         return _referred(d, said, talk)
     if d.unknown:
@@ -282,9 +285,7 @@ def _referred(d: Description, said: str, talk: Talk) -> Found | Fault:
     return _ambiguous(d, known, said, "could be several things named before")
 
 
-def _quantified(  # noqa: PLR0911, PLR0912, PLR0917 - one case a line
-    d: Description, base: list[str], said: str, scene: Scene, talk: Talk, picking: bool
-) -> Found | Fault:
+def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: Talk, picking: bool) -> Found | Fault:
     """So many of `base` as the phrase says."""
     wanted = 2 if d.both else d.count
     if d.rest:
@@ -405,7 +406,7 @@ def _nested(head: Sequence[Token], inner: Sequence[Token], scene: Scene, talk: T
     )
 
 
-def _places(  # noqa: PLR0911, PLR0912 - one case a line
+def _places(
     d: Description, said: str, scene: Scene, talk: Talk, pool: tuple[Entity, ...] | None = None
 ) -> Found | Fault:
     if d.pronoun:

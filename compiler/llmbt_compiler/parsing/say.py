@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from llmbt_atl.library import Library
-from llmbt_ir.condition import Condition
-
 from llmbt_compiler.parsing.model import Goal
+from llmbt_ir.condition import Condition
 
 __all__ = ["say", "say_goals"]
 

@@ -10,11 +10,10 @@ from functools import cached_property
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import ANY
+from llmbt_compiler.parsing.words import Token, closest, lexicon, singulars, tokens
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
 
-from llmbt_compiler.parsing.words import Token, closest, lexicon, singulars, tokens
-
-__all__ = ["Entity", "Scene", "Word", "natural", "squash"]
+__all__ = ["Entity", "Scene", "Word", "compact", "natural", "squash"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +61,15 @@ def squash(parts: Iterable[Token]) -> str:
     """A name without case, spaces and marks: the same for all spellings of one id."""
     kept = [t.number if t.number is not None else t.text for t in parts if t.word or t.number is not None]
     return " ".join(kept)
+
+
+def compact(key: str) -> str:
+    """A squashed name with the spaces between its words gone too ("sortingarea"); numbers stay apart."""
+    out = ""
+    for part in key.split(" "):
+        apart = bool(out) and out[-1].isdigit() and part[:1].isdigit()
+        out += " " + part if apart else part
+    return out
 
 
 def _words(text: str) -> frozenset[str]:

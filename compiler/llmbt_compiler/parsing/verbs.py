@@ -10,9 +10,8 @@ from enum import StrEnum
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import Role, Template
-from llmbt_ir.diagnostics import nearest
-
 from llmbt_compiler.parsing.words import closest, lemmas, lexicon
+from llmbt_ir.diagnostics import nearest
 
 __all__ = ["Shape", "Verb", "read_verb", "shape_of", "travel_template"]
 
@@ -46,7 +45,7 @@ class Verb:
 
 
 def shape_of(template: Template, library: Library) -> Shape:
-    """TRAVEL has no target; PLACE brings its target to a destination, FREE frees its location; PICK takes a
+    """TRAVEL has no target; PLACE brings its target to a destination, FREE puts it aside; PICK takes a
     target.
     """
     target = template.param(Role.TARGET)
@@ -57,7 +56,7 @@ def shape_of(template: Template, library: Library) -> Shape:
     if destination is not None and any({target.name, destination.name} <= set(p.params()) for p in goals):
         return Shape.PLACE
     about = [p for p in goals if target.name in p.params()]
-    if location is not None and any(len(p.params()) > 1 for p in about):
+    if any(len(p.params()) > 1 for p in about):
         return Shape.FREE
     return Shape.PICK if about else Shape.OTHER
 

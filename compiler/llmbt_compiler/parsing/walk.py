@@ -12,10 +12,6 @@ from dataclasses import dataclass, replace
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import Template
-from llmbt_ir.condition import Condition
-from llmbt_ir.diagnostics import Severity, nearest
-from llmbt_ir.semantic_map import SemanticMap
-
 from llmbt_compiler.parsing.acts import Acting
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase, clauses
 from llmbt_compiler.parsing.ground import Stop
@@ -29,6 +25,9 @@ from llmbt_compiler.parsing.resolve import (
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
 from llmbt_compiler.parsing.words import tokens
+from llmbt_ir.condition import Condition
+from llmbt_ir.diagnostics import Severity, nearest
+from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["THRESHOLD", "parse"]
 
@@ -234,12 +233,12 @@ class _Walker(Acting):
         targets = [p for p in things.phrases if not p.about("talk")]
         ids = tuple(dict.fromkeys(i for p in targets for i in self.quiet(p)))
         fresh = tuple(i for i in ids if i not in self.ledger.handled)
-        if not ids and targets and clause.action.casefold() in {"do", "proceed"}:
+        if not ids and targets and not targets[0].about("rest"):
             self.find(targets[0])
-        if not fresh or not self.last:
+        if not fresh:
             self.left_out(clause, "changes no goal")
             return
-        if self.container is None:
+        if self.container is None or not self.last:
             self.complain(
                 "E305", f"the same for {', '.join(fresh)}, but where?", clause.extent, "no place is named",
                 "name the place of each",
@@ -251,10 +250,10 @@ class _Walker(Acting):
     def act(self, clause: Clause, verb: Verb, things: Group) -> None:
         """A verb with a template: each group of its phrases fills one condition or more."""
         templates = verb.templates
-        if not things.targets and verb.is_("motion") and not self.travels(templates):
-            if not (verb.is_("hand") and things.destinations and self.ledger.pending):
-                self.moves(clause, things)
-                return
+        lowered = verb.is_("hand") and things.destinations and self.ledger.pending
+        if not things.targets and verb.is_("motion") and not self.travels(templates) and not lowered:
+            self.moves(clause, things)
+            return
         if verb.is_("hand"):
             real = tuple(p for p in things.destinations if not p.relation and self.places_of(p))
             if self.in_hand(things) and not real:
@@ -277,6 +276,7 @@ class _Walker(Acting):
     def group(
         self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
     ) -> None:
+        templates = tuple(t for t in templates if self.shape(t) is not Shape.OTHER) or templates
         shape = self.shape(templates[0])
         if shape is Shape.TRAVEL:
             self.travel_or_carry(clause, templates, group, excluded)
@@ -287,7 +287,7 @@ class _Walker(Acting):
         elif shape is Shape.PLACE:
             self.bring(clause, templates, group, excluded)
         else:
-            self.left_out(clause, "changes no goal")
+            self.unknown_action(clause, Verb(clause.action, clause.action))
 
     def travel_or_carry(
         self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]

@@ -13,10 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from llmbt_atl.library import Library
-from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span
-from llmbt_ir.semantic_map import SemanticMap
-from llmbt_ir.xml import Element, parse_xml, read_bytes
-
 from llmbt_compiler.reasoning import cassette as tape
 from llmbt_compiler.reasoning.cassette import AUTHORED, Cassette, Provenance
 from llmbt_compiler.reasoning.chat import (
@@ -28,6 +24,9 @@ from llmbt_compiler.reasoning.chat import (
     through_the_sdk,
 )
 from llmbt_compiler.reasoning.prompt import Prompt, build_prompt, clean, continue_prompt
+from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span
+from llmbt_ir.semantic_map import SemanticMap
+from llmbt_ir.xml import Element, parse_xml, read_bytes
 
 __all__ = ["Authored", "Dialogue", "author", "author_all", "read_replies", "read_reply"]
 
@@ -115,15 +114,13 @@ def _existing(out: Path, overwrite: bool) -> Cassette | None:
     if old is None or not old.provenance.authored:
         what = f"is {old.provenance.words()}" if old is not None else "is no cassette"
         raise LlmbtError(
-            Diagnostic(
-                "E132", f"`{out}` {what}; it is not written over", Span(str(out)), help="name another file"
-            )
+            Diagnostic("E132", f"`{out}` {what}; it is not written over", Span(str(out)), help="name another file")
         )
     return old
 
 
 def _add_turn(made: Cassette, prompt: Prompt, text: str) -> Cassette:
-    import httpx2  # noqa: PLC0415  (start-up time)
+    import httpx2
 
     settings = Settings(base_url=DEFAULT_BASE_URL, retries=0)
     sha256 = tape.body_hash(request_body(prompt.messages, settings))
@@ -171,9 +168,7 @@ def read_replies(path: Path) -> tuple[Dialogue, ...]:
     for node in root.iterfind("Dialogue"):
         name, line = node.get("name", ""), _line(node)
         if any(d.name == name for d in found):
-            raise LlmbtError(
-                Diagnostic("E134", f"the dialogue `{name}` is there twice", Span(str(path), line))
-            )
+            raise LlmbtError(Diagnostic("E134", f"the dialogue `{name}` is there twice", Span(str(path), line)))
         found.append(
             Dialogue(
                 name,

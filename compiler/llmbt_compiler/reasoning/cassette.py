@@ -25,11 +25,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from llmbt_compiler.reasoning.prompt import Messages, clean, request_of
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span
 from llmbt_ir.shipped import shipped
 from llmbt_ir.xml import read_bytes
-
-from llmbt_compiler.reasoning.prompt import Messages, clean, request_of
 
 __all__ = [
     "AUTHORED",
@@ -159,7 +158,7 @@ def read_cassette(path: Path) -> Cassette:
 def parse_cassette(data: bytes, path: Path) -> Cassette:
     """Parse and check a recording: bounded in size and depth, plain YAML without tags that build objects.
     E102."""
-    import yaml  # noqa: PLC0415  (start-up time)
+    import yaml
 
     if len(data) > MAX_CASSETTE_BYTES:
         raise _corrupt(path, f"it is larger than {MAX_CASSETTE_BYTES // 2**20} MiB")
@@ -197,16 +196,15 @@ def _corrupt(path: Path, why: str, line: int = 0) -> LlmbtError:
 
 def _check_depth(text: str, path: Path) -> None:
     """libyaml's composer recurses and would overflow the stack; its event stream does not."""
-    import yaml  # noqa: PLC0415
+    import yaml
 
     depth = 0
     for event in yaml.parse(text, Loader=yaml.CSafeLoader):
         if isinstance(event, yaml.CollectionStartEvent):
             depth += 1
             if depth > MAX_YAML_DEPTH:
-                raise _corrupt(
-                    path, f"it is nested more than {MAX_YAML_DEPTH} levels deep", event.start_mark.line + 1
-                )
+                mark: Any = event.start_mark
+                raise _corrupt(path, f"it is nested more than {MAX_YAML_DEPTH} levels deep", mark.line + 1)
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
 
@@ -247,7 +245,7 @@ def _provenance(metadata: Any, path: Path) -> Provenance:
 def render_cassette(cassette: Cassette) -> str:
     """The file: a header of comments, the provenance, the turns. The same dialogue always gives the same
     bytes."""
-    import yaml  # noqa: PLC0415
+    import yaml
 
     class Dumper(yaml.CSafeDumper):
         pass
@@ -314,9 +312,7 @@ def _header_hashes(path: Path) -> tuple[str, ...]:
     return tuple(h.decode() for h in _HASH_LINE.findall(comments.group() if comments else b""))
 
 
-def find(
-    body: bytes, *, cassette: Path | None = None, where: Iterable[Path] = (), model: str = ""
-) -> Cassette:
+def find(body: bytes, *, cassette: Path | None = None, where: Iterable[Path] = (), model: str = "") -> Cassette:
     """The recording that answers a body. `cassette` is the only one looked at where given (a file or a
     folder); `model`, where given, must be the recorded one.
 
@@ -374,7 +370,7 @@ def _miss(body: bytes, pool: tuple[Cassette, ...], broken: tuple[Path, ...], mod
             )
         else:
             notes.append(f"its request: {clean(request_of(turn.messages), 300)}")
-            notes.append(_diff(turn.messages, asked, near.path.name))
+            notes += _diff(turn.messages, asked, near.path.name)
     notes += [f"`{p}` cannot be used" for p in broken[:3]]
     notes += [
         f"`{f}` of ${FOLDERS_VARIABLE} does not exist"
@@ -391,14 +387,10 @@ def _likeness(asked: Messages, recorded: Messages) -> float:
     """Between 0 and 3: as many turns, alike in the request's words, alike in the lines of the prompt."""
     if not recorded:
         return 0.0
-    words = difflib.SequenceMatcher(
-        None, request_of(asked).lower().split(), request_of(recorded).lower().split()
-    )
+    words = difflib.SequenceMatcher(None, request_of(asked).lower().split(), request_of(recorded).lower().split())
     ours, theirs = set(_lines(asked)), set(_lines(recorded))
     return (
-        (1.0 if len(asked) == len(recorded) else 0.0)
-        + words.ratio()
-        + len(ours & theirs) / max(1, len(ours | theirs))
+        (1.0 if len(asked) == len(recorded) else 0.0) + words.ratio() + len(ours & theirs) / max(1, len(ours | theirs))
     )
 
 
@@ -406,13 +398,13 @@ def _lines(messages: Messages) -> list[str]:
     return [line for role, content in messages for line in (f"[{role}]", *content.splitlines())]
 
 
-def _diff(recorded: Messages, asked: Messages, name: str) -> str:
+def _diff(recorded: Messages, asked: Messages, name: str) -> list[str]:
     lines = list(difflib.unified_diff(_lines(recorded), _lines(asked), name, "this prompt", lineterm="", n=0))
     if not lines:
-        return "the messages are the same; the parameters differ"
+        return ["the messages are the same; the parameters differ"]
     shown = [line if len(line) <= 160 else line[:159] + "…" for line in lines[:MAX_DIFF_LINES]]
     more = len(lines) - len(shown)
-    return "\n".join([*shown, f"... {more} more lines"] if more else shown)
+    return [*shown, f"... {more} more lines"] if more else shown
 
 
 # --- vcrpy --------------------------------------------------------------------------------------------------
@@ -433,7 +425,7 @@ def session(
     `keep` decides by a response's content whether it is worth recording; an error status never is. `secret`
     is blotted out of whatever is kept.
     """
-    import vcr  # noqa: PLC0415
+    import vcr
 
     machine = vcr.VCR()
     machine.register_matcher("body", _same_body)
@@ -467,12 +459,10 @@ class _Shelf:
 
     def load_cassette(self, *_: object, **__: object) -> tuple[list[Any], list[Any]]:
         """What vcrpy starts from."""
-        from vcr.request import Request  # noqa: PLC0415
+        from vcr.request import Request
 
         requests = [
-            Request(
-                str(t.request["method"]), str(t.request["uri"]), t.body.encode(), dict(t.request["headers"])
-            )
+            Request(str(t.request["method"]), str(t.request["uri"]), t.body.encode(), dict(t.request["headers"]))
             for t in self.cassette.turns
         ]
         return requests, [_with_bytes(t.response) for t in self.cassette.turns]
@@ -541,7 +531,7 @@ def _path(uri: str) -> str:
 def _tidy_request(request: Any, secret: str) -> Any:
     """Only what a replay needs: no key, no user info or query in the address, few headers, the body in
     lines."""
-    from vcr.request import Request  # noqa: PLC0415
+    from vcr.request import Request
 
     parts = urlsplit(request.uri)
     host = parts.hostname or ""
@@ -554,9 +544,7 @@ def _tidy_request(request: Any, secret: str) -> Any:
     return Request(request.method, f"{parts.scheme}://{host}{port}{path}", _pretty(body), headers)
 
 
-def _tidy_response(
-    response: dict[str, Any], keep: Callable[[bytes], bool], secret: str
-) -> dict[str, Any] | None:
+def _tidy_response(response: dict[str, Any], keep: Callable[[bytes], bool], secret: str) -> dict[str, Any] | None:
     if response["status"]["code"] != 200 or not keep(bytes(response["body"]["string"])):
         return None
     text = bytes(response["body"]["string"]).decode("utf-8", "replace")

@@ -21,11 +21,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
-
 from llmbt_compiler.reasoning import cassette as tape
 from llmbt_compiler.reasoning.cassette import RECORDED, Cassette, Provenance
 from llmbt_compiler.reasoning.prompt import Messages, clean
+from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 
 __all__ = [
     "DEFAULT_BASE_URL",
@@ -150,9 +149,7 @@ def request_body(messages: Messages, settings: Settings) -> bytes:
         "messages": [{"role": role, "content": content} for role, content in messages],
         "temperature": settings.temperature,
     }
-    return json.dumps(body, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode(
-        "utf-8", "replace"
-    )
+    return json.dumps(body, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode("utf-8", "replace")
 
 
 def endpoint_kind(base_url: str) -> str:
@@ -181,9 +178,7 @@ def parse_completion(data: bytes, source: str) -> Completion:
     text = text.encode("utf-8", "replace").decode("utf-8")
     if (isinstance(refusal, str) and refusal) or finish == "content_filter":
         said = refusal if isinstance(refusal, str) and refusal else "its content filter stopped the reply"
-        raise _fault(
-            "E104", f"the model refused: {clean(said, 200)}", source, "put the request in other words"
-        )
+        raise _fault("E104", f"the model refused: {clean(said, 200)}", source, "put the request in other words")
     if finish == "length":
         raise _fault(
             "E103",
@@ -263,8 +258,8 @@ def _replay(found: Cassette, messages: Messages, settings: Settings, *, through_
 
 
 def _through_http(body: bytes, settings: Settings, found: Cassette) -> bytes:
-    import httpx2  # noqa: PLC0415  (start-up time)
-    from vcr.errors import CannotOverwriteExistingCassetteException  # noqa: PLC0415
+    import httpx2
+    from vcr.errors import CannotOverwriteExistingCassetteException
 
     def stray(_: object) -> Any:
         raise NetworkBlockedError("vcrpy let a request through")
@@ -272,18 +267,14 @@ def _through_http(body: bytes, settings: Settings, found: Cassette) -> bytes:
     headers = {"accept": "application/json", "content-type": "application/json"}
     try:
         with httpx2.Client(transport=httpx2.MockTransport(stray), trust_env=False) as client:
-            response = client.post(
-                f"{settings.base_url.rstrip('/')}{tape.OPERATION}", content=body, headers=headers
-            )
+            response = client.post(f"{settings.base_url.rstrip('/')}{tape.OPERATION}", content=body, headers=headers)
             data = response.content
     except CannotOverwriteExistingCassetteException:
         raise _fault(
             "E102", "the cassette's request is no chat completion", str(found.path), "record it again"
         ) from None
     except (httpx2.HTTPError, httpx2.InvalidURL, ValueError) as fault:
-        raise _fault(
-            "E102", f"the cassette cannot be played: {fault}", str(found.path), "record it again"
-        ) from None
+        raise _fault("E102", f"the cassette cannot be played: {fault}", str(found.path), "record it again") from None
     if response.status_code != 200:
         raise _fault(
             "E107",
@@ -314,9 +305,7 @@ def _record(messages: Messages, settings: Settings, transport: Record) -> Reply:
         transport.template_version,
     )
     if old is not None and not transport.replace:
-        other = (
-            "a reply written by hand" if old.provenance.authored else f"of the model `{old.provenance.model}`"
-        )
+        other = "a reply written by hand" if old.provenance.authored else f"of the model `{old.provenance.model}`"
         if old.provenance.provenance != RECORDED or model != old.provenance.model:
             raise _fault(
                 "E130",
@@ -379,7 +368,7 @@ def _usable(data: bytes) -> bool:
 def through_the_sdk(messages: Messages, settings: Settings, key: str, http_client: Any) -> bytes:
     """Ask with the openai SDK, with an HTTP client of one's own or the SDK's; the answer's bytes. E106,
     E107."""
-    import openai  # noqa: PLC0415  (half a second)
+    import openai
 
     endpoint = _host(settings.base_url)
     listed: list[Any] = [{"role": role, "content": content} for role, content in messages]
@@ -406,9 +395,7 @@ def through_the_sdk(messages: Messages, settings: Settings, key: str, http_clien
         ) from None
     except (openai.OpenAIError, OSError, ValueError) as fault:
         said = clean(str(fault.__cause__ or fault).replace(key, "[key removed]"), 200)
-        raise _fault(
-            "E106", f"{endpoint} cannot be reached: {said}", endpoint, "is --base-url right?"
-        ) from None
+        raise _fault("E106", f"{endpoint} cannot be reached: {said}", endpoint, "is --base-url right?") from None
 
 
 def _advice(status: int) -> str:
@@ -434,6 +421,4 @@ def _changes(before: tape.Turn, now: Completion) -> tuple[str, ...]:
         old = parse_completion(str(before.response["body"]["string"]).encode(), "").text
     except LlmbtError:
         old = ""
-    return tuple(
-        difflib.unified_diff(old.splitlines(), now.text.splitlines(), "before", "now", lineterm="", n=0)
-    )
+    return tuple(difflib.unified_diff(old.splitlines(), now.text.splitlines(), "before", "now", lineterm="", n=0))

@@ -32,9 +32,7 @@ class Conversation:
         return self.turns[-1][1]
 
 
-def converse(
-    prompt: Prompt, answers: Sequence[str], settings: Settings, transport: Transport
-) -> Conversation:
+def converse(prompt: Prompt, answers: Sequence[str], settings: Settings, transport: Transport) -> Conversation:
     """Ask, and answer the model's questions as long as there are answers. Errors as `ask` and
     `filter_steps`."""
     turns: list[tuple[Prompt, Reply]] = []

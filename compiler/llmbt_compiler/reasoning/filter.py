@@ -12,8 +12,6 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
-
 from llmbt_compiler.reasoning.layout import Item, Kind, View, joined, json_items, lay_out, view
 from llmbt_compiler.reasoning.prompt import clean
 from llmbt_compiler.reasoning.steps import Dropped, Question, Step, Steps
@@ -27,6 +25,7 @@ from llmbt_compiler.reasoning.wording import (
     references,
     sense,
 )
+from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 
 __all__ = ["MAX_REPLY_CHARS", "MAX_STEPS", "filter_steps"]
 
@@ -35,10 +34,12 @@ MAX_STEPS = 200
 MAX_STEP_CHARS = 1_000
 ANEW = "record the reply again (--record --replace), or write one by hand: llmbt cassette author"
 
-_QUESTION = re.compile(r"^[\s>*_#`~-]*QUESTION\b[\s*_]*:[\s*_]*", re.IGNORECASE | re.MULTILINE)
+_QUESTION = re.compile(r"^[ \t>*_#`~-]*QUESTION\b[ \t*_]*:[ \t*_]*", re.IGNORECASE | re.MULTILINE)
 _SENTENCE_END = re.compile(r"[.!?][\"'”)\]]*(?:\s+(?=[\"'“(\[]?[A-Z0-9])|\s*$)|\n(?=[\"'“(\[]?[A-Z])|;\s+")
 _ABBREVIATION = re.compile(r"\b(?:e\.g|i\.e|etc|approx|no|nr|pos|fig|vs|cf)\.$", re.IGNORECASE)
 _THEN = re.compile(r"\s*[,;]\s+(?:and\s+)?(?=then\b)|\s+(?=and then\b)", re.IGNORECASE)
+_STUMP = re.compile(r"[.!?:;)][ \t]*[\r\n]\s*\d{1,3}[.)]?\s*\Z")
+_ON_NUMBER = re.compile(r"\b(?:on|onto|in|into|to|at|over)\s+(?:\w+\s+){0,3}?\w*[ _]?\d+$")
 _TRAILING = re.compile(r"(?:\s*[,;]?\s*\band|[,;\s]+)$", re.IGNORECASE)
 _ENDED = re.compile(r"[.!?:;][\"'”)\]]*$")
 
@@ -124,9 +125,7 @@ class _Reply:
         line, column, text = self.position(start)
         width = max(1, min(end - start, len(text) - column + 1))
         span = Span(self.source, line, column, column + width, text)
-        return LlmbtError(
-            Diagnostic(code, title, span if column <= 200 else Span(self.source, line), help=help_)
-        )
+        return LlmbtError(Diagnostic(code, title, span if column <= 200 else Span(self.source, line), help=help_))
 
     def question(self, asked: View) -> Question:
         """A sentence as what the reply asks."""
@@ -168,15 +167,13 @@ def _cut_json(reply: str) -> bool:
 def _check_whole(reply: _Reply, items: list[Item], kept: list[_Found]) -> None:
     """E116, E117: the end is there, and so is every number of the list."""
     last = kept[-1].view
-    tail = reply.text[last.end :].strip(" \t\r\n*_`~\"')]}")
-    ended = [_ENDED.search(f.view.text) is not None for f in kept]
-    unlike = len(kept) > 1 and all(ended[:-1]) and not ended[-1]
-    bare = next((i for top in items for i in top.all() if i.kind is Kind.NUMBER and not i.view.text), None)
-    if not tail and (dangles(last.text) or unlike):
+    if not reply.text[last.end :].strip(" \t\r\n*_`~\"')]}") and _is_cut([f.view.text for f in kept]):
         raise reply.fault("E116", "the reply stops in the middle of its last step", last.start, last.end)
-    if bare is not None and not reply.text[bare.pieces[-1][1] :].strip() and not bare.children:
+    end = items[-1]
+    stump = end.kind is Kind.NUMBER and not end.children and (end.view.start > last.end or not end.view.text)
+    if _STUMP.search(reply.text) or (stump and not _ENDED.search(end.view.text)):
         at = len(reply.text.rstrip())
-        raise reply.fault("E116", "the reply stops before its last step", max(0, at - 1), at)
+        raise reply.fault("E116", "the reply stops where its last step begins", at - 1, at)
     previous, stride = 0, 0
     for item in items:
         if item.kind is Kind.NUMBER and item.number is not None:
@@ -210,9 +207,7 @@ def _select(items: list[Item], structured: bool) -> tuple[list[_Found], list[Dro
         elif id(group) in main:
             found = steps[id(group)]
             loose = numbered and not any(i.kind in (Kind.NUMBER, Kind.ROW) for i in group)
-            kept += [
-                f for f in found if not loose or (f.sort.sense is Sense.ACTION and references(f.view.text))
-            ]
+            kept += [f for f in found if not loose or (f.sort.sense is Sense.ACTION and references(f.view.text))]
     if any(f.sort.sense is Sense.ACTION for f in kept):
         kept = [f for f in kept if f.sort.sense is not Sense.PASSIVE or f.number is not None or f.sort.led]
     if not structured and not main and any(not f.sort.first_person for f in kept):
@@ -245,6 +240,22 @@ def _groups(items: list[Item]) -> list[tuple[bool, Kind, list[Item]]]:
         groups[-1][2].append(item)
         fresh = False
     return groups
+
+
+def _is_cut(steps: list[str]) -> bool:
+    """Whether the last of these stops in the middle. One that only lacks the full stop of the others does not: it
+    ends as another does, or on a numbered place (of which the map will tell whether it is one)."""
+    *others, last = steps
+    if dangles(last):
+        return True
+    if not others or _ENDED.search(last) or not all(_ENDED.search(o) for o in others):
+        return False
+    endings = {_ending(o) for o in others}
+    return _ending(last) not in endings and _ON_NUMBER.search(last) is None
+
+
+def _ending(step: str) -> str:
+    return re.sub(r"\d+", "#", " ".join(step.rstrip(" .!?:;").split()[-2:])).lower()
 
 
 def _of_list(items: Iterable[Item]) -> list[_Found]:
@@ -428,8 +439,6 @@ def _dropped(items: list[Item], kept: list[_Found]) -> list[Dropped]:
         why = sense(sentence.text).sense
         if why is Sense.EMPTY:
             continue
-        reason = (
-            why.value if why not in (Sense.ACTION, Sense.UNKNOWN, Sense.PASSIVE) else "said beside the steps"
-        )
+        reason = why.value if why not in (Sense.ACTION, Sense.UNKNOWN, Sense.PASSIVE) else "said beside the steps"
         found.append(Dropped(sentence.text.replace("\n", " ")[:200], sentence.start, sentence.end, reason))
     return found

@@ -62,6 +62,7 @@ class Item:
     number: int | None = None
     indent: int = 0
     fenced: bool = False
+    titled: bool = False  # a heading like `### Step 1: ...`: the text below it is about it
     children: list[Item] = field(default_factory=list)
     view: View = View("", ())
 
@@ -158,14 +159,12 @@ class _Reader:
             body = start + number.end()
             # **1. Pick it up.** opens its bold before the number
             opened = re.search(r"\*\*|__", number.group())
-            pieces = (
-                [(start + opened.start(), start + opened.end()), (body, end)] if opened else [(body, end)]
-            )
-            self.add(Item(Kind.NUMBER, pieces, int(found), len(number.group(1)), self.fenced))
+            pieces = [(start + opened.start(), start + opened.end()), (body, end)] if opened else [(body, end)]
+            item = Item(Kind.NUMBER, pieces, int(found), len(number.group(1)), self.fenced, bool(heading))
+            self.add(item)
+            self.current = None if heading else item
         elif bullet:
-            self.add(
-                Item(Kind.BULLET, [(start + bullet.end(), end)], None, len(bullet.group(1)), self.fenced)
-            )
+            self.add(Item(Kind.BULLET, [(start + bullet.end(), end)], None, len(bullet.group(1)), self.fenced))
         elif heading or _is_title(text):
             self.items.append(Item(Kind.HEADING, [(start, end)], fenced=self.fenced))
             self.open, self.current = [], None
@@ -191,9 +190,9 @@ class _Reader:
             current.pieces.append((start, end))
             return
         item = Item(Kind.PROSE, [(start, end)], None, indent, self.fenced)
-        if self.open and indent > self.open[0].indent + 1 and not self.fenced:
-            owner = [o for o in self.open if o.indent < indent][-1]
-            owner.children.append(item)
+        if self.open and (self.open[0].titled or indent > self.open[0].indent + 1) and not self.fenced:
+            owners = [o for o in self.open if o.titled or o.indent < indent]
+            owners[-1].children.append(item)
         else:
             self.items.append(item)
             self.open = []
@@ -207,9 +206,7 @@ class _Reader:
         bars = [m.start() for m in re.finditer(r"(?<!\\)\|", text)]
         cells = [(start + a + 1, start + b) for a, b in itertools.pairwise(bars)]
         number = None
-        if cells and re.fullmatch(
-            r"\s*(?:step\s*)?\d{1,3}[.)]?\s*", self.reply[slice(*cells[0])], re.IGNORECASE
-        ):
+        if cells and re.fullmatch(r"\s*(?:step\s*)?\d{1,3}[.)]?\s*", self.reply[slice(*cells[0])], re.IGNORECASE):
             number = int(re.sub(r"\D", "", self.reply[slice(*cells[0])]))
             cells = cells[1:]
         self.items.append(Item(Kind.ROW, cells, number, 0, self.fenced))
@@ -232,9 +229,7 @@ def _is_title(text: str) -> bool:
     """A line that is bold from end to end, or short and ends with a colon."""
     line = text.strip()
     bold = _BOLD_HEAD.match(line)
-    return (bold is not None and not line[bold.end() :].strip(" :*_")) or (
-        line.endswith(":") and len(line) < 60
-    )
+    return (bold is not None and not line[bold.end() :].strip(" :*_")) or (line.endswith(":") and len(line) < 60)
 
 
 def view(reply: str, pieces: list[tuple[int, int]]) -> View:

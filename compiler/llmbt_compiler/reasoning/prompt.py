@@ -94,18 +94,14 @@ def quoted(text: str, limit: int = MAX_NAME_CHARS) -> str:
     return json.dumps(clean(text, limit), ensure_ascii=False)
 
 
-def build_prompt(
-    request: str, semantic_map: SemanticMap, library: Library, *, facts: Sequence[str] = ()
-) -> Prompt:
+def build_prompt(request: str, semantic_map: SemanticMap, library: Library, *, facts: Sequence[str] = ()) -> Prompt:
     """The first prompt of a dialogue. `facts` are further relations in words, one a line.
 
     Errors: E120 the request is empty, E121 it is too long, E122 map and library are too large for a prompt.
     """
     line = clean(request, MAX_REQUEST_CHARS + 1)
     if not line:
-        raise LlmbtError(
-            Diagnostic("E120", "the request is empty", help="say in a sentence what the robot should do")
-        )
+        raise LlmbtError(Diagnostic("E120", "the request is empty", help="say in a sentence what the robot should do"))
     if len(line) > MAX_REQUEST_CHARS:
         raise LlmbtError(
             Diagnostic(
@@ -146,22 +142,16 @@ def continue_prompt(prompt: Prompt, reply: str, answer: str) -> Prompt:
     line = clean(answer, MAX_REQUEST_CHARS + 1)
     if not line or len(line) > MAX_REQUEST_CHARS:
         raise LlmbtError(
-            Diagnostic(
-                "E121" if line else "E120", f"the answer is {'too long' if line else 'empty'}", Span("answer")
-            )
+            Diagnostic("E121" if line else "E120", f"the answer is {'too long' if line else 'empty'}", Span("answer"))
         )
     said = _render("answer", answer=quoted(line, MAX_REQUEST_CHARS))
-    return Prompt(
-        (*prompt.messages, ("assistant", _speakable(reply)), ("user", said)), prompt.template_version
-    )
+    return Prompt((*prompt.messages, ("assistant", _speakable(reply)), ("user", said)), prompt.template_version)
 
 
 def correct_prompt(prompt: Prompt, reply: str, complaints: Sequence[str]) -> Prompt:
     """The dialogue after a reply that failed the check: what was wrong, one complaint a line."""
     said = _render("correction", complaints=[clean(c, 300) for c in complaints[:20]])
-    return Prompt(
-        (*prompt.messages, ("assistant", _speakable(reply)), ("user", said)), prompt.template_version
-    )
+    return Prompt((*prompt.messages, ("assistant", _speakable(reply)), ("user", said)), prompt.template_version)
 
 
 def request_of(messages: Messages) -> str:
@@ -228,9 +218,7 @@ def _places(semantic_map: SemanticMap) -> list[dict[str, Any]]:
         here = standing.get(place.id, [])
         holds = f": {', '.join(here)}" if here else ("" if inner or place.buffer else ": empty")
         note = " (things may be put aside here)" if place.buffer else ""
-        rows.append(
-            {"depth": min(depth, MAX_DEPTH), "label": _label(place.id, place.name) + note, "holds": holds}
-        )
+        rows.append({"depth": min(depth, MAX_DEPTH), "label": _label(place.id, place.name) + note, "holds": holds})
         stack += [(p, depth + 1) for p in reversed(inner)]
     return rows
 
@@ -242,11 +230,9 @@ def _source() -> str:
 
 @cache
 def _template() -> Template:
-    from jinja2 import Environment, StrictUndefined  # noqa: PLC0415  (start-up time)
+    from jinja2 import Environment, StrictUndefined
 
-    environment = Environment(
-        undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True
-    )
+    environment = Environment(undefined=StrictUndefined, autoescape=False, trim_blocks=True, lstrip_blocks=True)
     return environment.from_string(_source())
 
 

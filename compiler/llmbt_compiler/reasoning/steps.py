@@ -96,8 +96,7 @@ class Steps:
                 for s in data["steps"]
             ),
             tuple(
-                Dropped(str(d["text"]), int(d["start"]), int(d["end"]), str(d["why"]))
-                for d in data.get("dropped", ())
+                Dropped(str(d["text"]), int(d["start"]), int(d["end"]), str(d["why"])) for d in data.get("dropped", ())
             ),
         )
 

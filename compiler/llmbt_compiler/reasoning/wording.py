@@ -24,9 +24,7 @@ _VERBS = frozenset(
     rearrange restore replace leave keep make perform execute use select choose let free
     """.split()  # noqa: SIM905  (a list of this length reads best as text)
 )
-_NOUNS = (
-    "place position stack store hold grip pass hand load turn lift move return cut line group drop start stop"
-)
+_NOUNS = "place position stack store hold grip pass hand load turn lift move return cut line group drop start stop"
 _NOUN_SUBJECT = re.compile(
     rf"(?:{_NOUNS.replace(' ', '|')})s?\b(?:\s+(?:\d+|[a-z]|\w*_\w+))?\s+(?:is|are|was|were|has|have|will|"
     rf"should|must)\b",
@@ -50,9 +48,7 @@ _SUBJECT = re.compile(
     re.IGNORECASE,
 )
 _FIRST_PERSON = re.compile(r"(?:i|we)\b", re.IGNORECASE)
-_CLAUSE = re.compile(
-    r"(?:after|once|when|as soon as|before|while|having)\b[^,.;\n]{1,120},\s*", re.IGNORECASE
-)
+_CLAUSE = re.compile(r"(?:after|once|when|as soon as|before|while|having)\b[^,.;\n]{1,120},\s*", re.IGNORECASE)
 _LEAD = re.compile(r"(?:using|with|from|by|to|in|on|at|for|starting)\b[^,.;:\n]{1,120}[,:]\s*", re.IGNORECASE)
 _CONDITION = re.compile(
     r"(?:if|unless|in case|should (?:the|any|an?)|whenever|otherwise|optionally|alternatively)\b",
@@ -130,9 +126,7 @@ _DANGLING = re.compile(
     r"\b(?:and|or|the|a|an|on|onto|to|of|at|in|into|from|with|then|its|up|for|by|as|pick|place|put)\W*$",
     re.IGNORECASE,
 )
-_REFERENCE = re.compile(
-    r"\b([a-z]+?)s?[ _]?#?(\d+)((?:(?:\s*,\s*|\s*,?\s+(?:and|or|to|&)\s+)\d+\b)*)", re.IGNORECASE
-)
+_REFERENCE = re.compile(r"\b([a-z]+?)s?[ _]?#?(\d+)((?:(?:\s*,\s*|\s*,?\s+(?:and|or|to|&)\s+)\d+\b)*)", re.IGNORECASE)
 
 
 class Sense(StrEnum):

@@ -94,11 +94,15 @@ class Carried:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """A grasp or a place to let go, or why there is none: out of reach, a fixture, or the body `blocker`."""
+    """A grasp or a place to let go, or why there is none: out of reach, a fixture, or the body `blocker`.
+
+    `options` are the sets of bodies that would have to go, one for each way that fixtures leave open.
+    """
 
     grasp: Grasp | None = None
     blocker: str | None = None
     reachable: bool = True
+    options: tuple[tuple[str, ...], ...] = ()
 
 
 class Approach:
@@ -206,18 +210,30 @@ class Approach:
 
     def grasp(self, id_: str) -> Verdict:
         """The handiest grasp of a mirrored body that nothing is in the way of; else what is."""
-        state = self._here[id_]
-        blockers: set[str] = set()
-        reachable = False
-        for g in self.grasps(self._kinds[id_], state):
+        options: list[tuple[str, ...]] = []
+        for g in self.grasps(self._kinds[id_], self._here[id_]):
             reach, fixtures, hits = self._sweep(g.tip, g.opening_m, id_)
             if reach and fixtures and not hits:
                 return Verdict(g)
-            if reach and fixtures:
-                reachable = True
-                blockers.update(hits)
-        nearest = min(blockers, key=lambda b: (_distance(self._here[b].xyz, state.xyz), b), default=None)
-        return Verdict(None, nearest, reachable)
+            if reach and fixtures and hits not in options:
+                options.append(hits)
+        return Verdict(None, self.blocker(id_, options), bool(options), tuple(options))
+
+    def blocker(
+        self, id_: str, options: Iterable[tuple[str, ...]], clear: frozenset[str] = frozenset()
+    ) -> str | None:
+        """Which body to move so that a mirrored one can be taken: of the way that the fewest bodies bar, best ones in
+        `clear`, the nearest; those that are clear first."""
+        xyz = self._here[id_].xyz
+
+        def cost(hits: tuple[str, ...]) -> tuple[int, int, float, tuple[str, ...]]:
+            far = min(math.dist(self._here[b].xyz, xyz) for b in hits)
+            return sum(b not in clear for b in hits), len(hits), round(far, 4), hits
+
+        best = min((o for o in options if o), key=cost, default=())
+        return min(
+            best, key=lambda b: (b not in clear, round(math.dist(self._here[b].xyz, xyz), 4), b), default=None
+        )
 
     # ------------------------------------------------------------------ letting go
 
@@ -367,10 +383,6 @@ def _turned(yaws: Sequence[float]) -> bool:
     return any(abs(math.sin(2 * y)) > 0.05 for y in yaws)
 
 
-def _distance(a: Vec3, b: Vec3) -> float:
-    return math.dist(a, b)
-
-
 def _finger_axes(body: Body, state: BodyState) -> list[tuple[float, float]]:
     """Yaws (world) along which the fingers may close on a thing, and its width there."""
     columns = [tuple(row[i] for row in state.axes) for i in (0, 1, 2)]
@@ -391,9 +403,22 @@ def _finger_axes(body: Body, state: BodyState) -> list[tuple[float, float]]:
 
 
 def _askew_axes(body: Body, state: BodyState) -> list[tuple[float, float]]:
-    """Yaws along the world's axes for an upright box that stands askew, as against the riser of a step: the fingers
-    turn it flush as they close."""
-    if body.shape in ("cylinder", "sphere") or not state.upright(body.shape):
+    """Yaws for a box that its faces offer no grasp of, and the box's extent there.
+
+    An upright one that stands askew, as against the riser of a step, is turned flush by the fingers as they close along
+    the world's axes, or held by its corners. One that leans somewhere is taken as it comes.
+    """
+    if body.shape in ("cylinder", "sphere"):
         return []
-    half = state.extent.half
-    return [(0.0, 2 * half[0]), (math.pi / 2, 2 * half[1])]
+    if not state.upright(body.shape):
+        yaws = [k * math.pi / 8 for k in range(8)]
+    else:
+        yaws = [0.0, math.pi / 2]
+    return [(yaw, _width_along(body, state, yaw)) for yaw in yaws]
+
+
+def _width_along(body: Body, state: BodyState, yaw: float) -> float:
+    """The extent of a box along a horizontal direction."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    x, y, _ = state.axes
+    return sum(abs(c * x[i] + s * y[i]) * body.size_m[i] for i in (0, 1, 2))

@@ -22,6 +22,8 @@ _KEEP_HEIGHT_M = 0.015
 _KEEP_XY_M = 0.005
 _RESTLESS_TICKS = 20
 """After this many ticks in which something moves, approaches are judged all the same: it may roll for ever."""
+_STILL_TICKS = 3
+"""What has been at rest for so long is where it is: no wider bounds."""
 _SLOT_SPACE_M = 0.06
 _TYPICAL_HALF_M = 0.0235
 
@@ -46,6 +48,8 @@ class Conditions:
     _judged: dict[str, BodyState] = field(default_factory=dict)
     _judged_held: str | None = None
     _verdicts: dict[str, Verdict] = field(default_factory=dict)
+    _blockers: dict[str, str | None] = field(default_factory=dict)
+    _still: dict[str, int] = field(default_factory=dict)
     _space_at: dict[str, BodyState] = field(default_factory=dict)
     _space_held: str | None = None
     _free: Facts = frozenset()
@@ -77,6 +81,9 @@ class Conditions:
                 continue
             now = self._places_of(id_, state, sensed, before=frozenset())
             kept = self._places_of(id_, state, sensed, before=self._on.get(id_, frozenset()))
+            self._still[id_] = self._still.get(id_, 0) + 1 if state.at_rest else 0
+            if self._still[id_] >= _STILL_TICKS:
+                kept = now
             self._on[id_] = kept
             strict.update(Condition("On", (id_, p)) for p in now)
             settled.update(Condition("On", (id_, p)) for p in kept)
@@ -149,6 +156,12 @@ class Conditions:
         if changed and (at_rest or self._restless >= _RESTLESS_TICKS or not self._verdicts):
             self.approach.mirror(sensed.states, without=sensed.held)
             self._verdicts = {id_: self.approach.grasp(id_) for id_ in sorted(lying)}
+            clear = frozenset(id_ for id_, v in self._verdicts.items() if v.grasp is not None)
+            self._blockers = {
+                id_: self.approach.blocker(id_, v.options, clear)
+                for id_, v in self._verdicts.items()
+                if v.grasp is None
+            }
             self._judged, self._judged_held = lying, sensed.held
             self._restless = 0
         facts: set[Condition] = set()
@@ -156,8 +169,8 @@ class Conditions:
             verdict = self._verdicts.get(id_)
             if id_ == sensed.held or verdict is None or verdict.grasp is not None:
                 facts.add(Condition("Clear", (id_,)))
-            elif verdict.blocker is not None:
-                facts.add(Condition("Blocks", (verdict.blocker, id_)))
+            elif (blocker := self._blockers.get(id_)) is not None:
+                facts.add(Condition("Blocks", (blocker, id_)))
         return frozenset(facts)
 
 

@@ -4,7 +4,8 @@ A skill ends by returning, or by raising SkillFailed with a reason. It may be cl
 contact phase; the arm then brakes on its path. Every skill starts from wherever the arm is.
 
 Reasons: not_holding, not_approachable, moved_since_seen, missed, not_lifted, ik_unreachable, tracking_error,
-spot_occupied, blocked, no_free_buffer, dropped_on_the_way, unstable_after_release, hand_not_empty, not_let_go.
+spot_occupied, blocked, no_free_buffer, dropped_on_the_way, unstable_after_release, held_askew,
+hand_not_empty, not_let_go.
 """
 
 from __future__ import annotations
@@ -41,6 +42,8 @@ _HEADROOM_M = 0.04
 _LET_GO_ABOVE_M = 0.0015
 _CLOSE_TICKS = 9
 _SETTLE_TICKS = 6
+_WALL_GAP_M = 0.012
+_ASKEW = math.sin(math.radians(14))
 _REPLAN_M = 0.004
 _REPLANS = 4
 
@@ -105,8 +108,15 @@ class Skills:
         yield from self._close_and_lift(target, place, grasp)
 
     def place(self, target: str, place: str) -> Skill:
-        """Put the held thing onto a slot, or onto a free spot of a region."""
+        """Put the held thing onto a slot, or onto a free spot of a region.
+
+        One that has turned in the hand cannot be set onto a slot: it is put down in a buffer, to be taken anew.
+        """
         yield from self._arm_at_rest()
+        buffer = next((p.id for p in self.scene.places if p.buffer), None)
+        if self.scene.place(place).is_slot and buffer is not None and self._askew(target):
+            yield from self._put(target, buffer, for_=None)
+            raise SkillFailed("held_askew")
         yield from self._put(target, place, for_=None)
 
     def transfer(self, target: str, place: str, region: str, for_: str | None = None) -> Skill:
@@ -146,7 +156,9 @@ class Skills:
         else:
             yield from self._give_up(grasp)
             raise SkillFailed("missed")
-        up = (grasp.tip[0], grasp.tip[1], grasp.tip[2] + _LIFT_M, grasp.tip[3])
+        away = self._off_the_wall(target, grasp.tip)
+        yield from self._line(away, _FINE_SPEED, _FINE_ACCELERATION, checked=False)
+        up = (*away[:2], grasp.tip[2] + _LIFT_M, away[3])
         yield from self._line(up, _FINE_SPEED, _FINE_ACCELERATION, checked=False)
         if bench.sensed.held != target or bench.panda.tracking_error() > TRACKING_LIMIT_RAD:
             yield from self._give_up(grasp)
@@ -154,12 +166,38 @@ class Skills:
         self.carried = self._carried(target, grasp.width_m)
         self.reporter.leave_contact()
 
+    def _off_the_wall(self, target: str, tip: TipPose) -> TipPose:
+        """A thing that stands against the side of a fixture is drawn off it first, or it would turn in the hand."""
+        e = self._state(target).extent
+        x, y, z, yaw = self.approach.frame.to_world(tip)
+        for f in self.scene.fixtures:
+            if f.top_m < e.bottom_m + 0.005 or f.top_m - f.size_m[2] > e.top_m:
+                continue
+            gaps = [abs(e.centre[i] - f.xyz_m[i]) - e.half[i] - f.size_m[i] / 2 for i in (0, 1)]
+            axis = 0 if gaps[0] > gaps[1] else 1
+            if -0.005 < gaps[axis] < _WALL_GAP_M:
+                side = math.copysign(_WALL_GAP_M - max(0.0, gaps[axis]), e.centre[axis] - f.xyz_m[axis])
+                x, y = (x + side, y) if axis == 0 else (x, y + side)
+                z = self.approach.frame.to_world(tip)[2] + 0.003
+        return self.approach.frame.to_base(x, y, z, yaw)
+
     def _give_up(self, grasp: Grasp) -> Skill:
         """Open and withdraw, so that the hand is empty and clear of what it failed to take."""
         self.bench.panda.grip(grasp.opening_m)
         yield from self._wait(3)
         yield from self._up(0.10, _FINE_SPEED)
         yield from self._wait(2)
+
+    def _askew(self, target: str) -> bool:
+        """Whether the held thing is tilted, or its faces are not square to the fingers."""
+        if self.bench.sensed.held != target:
+            return False
+        state, kind = self._state(target), self.bench.kinds[target]
+        if kind.shape == "sphere":
+            return False
+        up = abs(state.axes[2][2]) if kind.shape == "cylinder" else max(abs(u) for u in state.axes[2])
+        turn = 0.0 if kind.shape == "cylinder" else self._carried(target, 0.0).turn_rad
+        return up < math.sqrt(1 - _ASKEW**2) or abs(math.sin(turn)) > _ASKEW
 
     def _carried(self, target: str, width_m: float) -> Carried:
         """How the held thing sits in the hand, as measured."""

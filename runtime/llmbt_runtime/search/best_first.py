@@ -8,14 +8,22 @@ helps. Every state that is not a proven dead end is expanded in the end, so an e
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from heapq import heappop, heappush
 
 from llmbt_runtime.search.problem import Problem
 from llmbt_runtime.search.relaxed import relaxed_plan
 
-__all__ = ["Budget", "best_first"]
+__all__ = ["Budget", "Verdict", "best_first"]
 
 _BOOST = 1000
+
+
+class Verdict(Enum):
+    """How a search without a plan ended."""
+
+    NONE = "every state that can be reached was looked at"
+    SPENT = "the budget is spent"
 
 
 @dataclass(slots=True)
@@ -29,13 +37,17 @@ class Budget:
         """Spend one, if there is one."""
         if self.left <= 0:
             return False
-        self.left -= 1
-        self.spent += 1
+        self.pay(1)
         return True
+
+    def pay(self, expansions: int) -> None:
+        """Spend several."""
+        self.left -= expansions
+        self.spent += expansions
 
 
 def best_first(problem: Problem, budget: Budget, start: int | None = None) -> tuple[int, ...] | bool | None:
-    """A plan, None where there is none, False where the budget is spent."""
+    """A plan, or why there is none."""
     init = problem.init if start is None else start
     goal, goal_ids = problem.goal, problem.goal_ids
     parent: dict[int, tuple[int, int]] = {init: (-1, -1)}
@@ -58,7 +70,7 @@ def best_first(problem: Problem, budget: Budget, start: int | None = None) -> tu
         if state & goal == goal:
             return _path(parent, state)
         if not budget.take():
-            return False
+            return Verdict.SPENT
         closed.add(state)
         relaxed = relaxed_plan(problem, state, goal_ids)
         if relaxed is None:
@@ -73,7 +85,7 @@ def best_first(problem: Problem, budget: Budget, start: int | None = None) -> tu
             heappush(queues[0], entry)
             if a in preferred:
                 heappush(queues[1], entry)
-    return None
+    return Verdict.NONE
 
 
 def _path(parent: dict[int, tuple[int, int]], state: int) -> tuple[int, ...]:

@@ -7,17 +7,19 @@ from itertools import combinations
 
 from llmbt_atl.state import Domain, GroundAction
 from llmbt_ir.condition import ActionCall, Condition, Facts
-
-from llmbt_runtime.search.best_first import Budget, best_first
+from llmbt_runtime.search.best_first import Budget, Verdict, best_first
 from llmbt_runtime.search.climb import climb
 from llmbt_runtime.search.landmarks import landmarks_of
 from llmbt_runtime.search.mutex import Mutexes, mutexes_of
 from llmbt_runtime.search.problem import Problem, Unreachable, problem_of
+from llmbt_runtime.search.shorten import shortened
 from llmbt_runtime.search.task import Task, task_of
 
 __all__ = ["OutOfBudget", "Plan", "Result", "Unsolvable", "search"]
 
 DEFAULT_BUDGET = 100_000
+ALONE = 1_000
+"""Expansions spent on whether one of two goals that exclude each other could be reached alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,37 +66,54 @@ def search(
     """
     task = task_of(domain, facts)
     goals = tuple(dict.fromkeys(goals))
-    mutexes = mutexes_of(task, facts)
-    proof = _excluding(task, mutexes, goals)
-    if proof is not None:
-        return proof
+    purse = Budget(budget)
     problem = problem_of(task, facts, goals, excluded)
     if isinstance(problem, Unreachable):
         return Unsolvable((problem.goal,), f"no action leads to {problem.goal} from here")
-    purse = Budget(budget)
-    quick = climb(problem, landmarks_of(problem, mutexes), purse)
-    found = quick if quick is not None else best_first(problem, purse)
-    if found is False:
-        return OutOfBudget(purse.spent)
-    if found is None or found is True:
-        return _smallest(problem, Unsolvable(goals, _all_seen(purse.spent)), purse, facts, excluded)
-    return Plan(tuple(task.ground(problem.ops[a]) for a in found), purse.spent)
+    mutexes = mutexes_of(task, facts)
+    proof = _excluding(problem, mutexes)
+    if proof is not None:
+        return _either(problem, proof, purse, facts, excluded)
+    found = climb(problem, landmarks_of(problem, mutexes), purse)
+    if found is None:
+        result = best_first(problem, purse)
+        if isinstance(result, Verdict):
+            if result is Verdict.SPENT:
+                return OutOfBudget(purse.spent)
+            return _smallest(problem, Unsolvable(goals, _all_seen(purse.spent)), purse, facts, excluded)
+        found = result
+    short = shortened(problem, found)
+    return Plan(tuple(task.ground(problem.ops[a]) for a in short), purse.spent)
 
 
 def _all_seen(n: int) -> str:
     return f"none of the {n} states that can be reached has them all" if n > 1 else "no action leads further"
 
 
-def _excluding(task: Task, mutexes: Mutexes, goals: tuple[Condition, ...]) -> Unsolvable | None:
+def _excluding(problem: Problem, mutexes: Mutexes) -> Unsolvable | None:
     """Two goals that contradict or exclude each other."""
-    for a, b in combinations(goals, 2):
-        if a == ~b:
+    literals = problem.literals
+    for (a, i), (b, j) in combinations(problem.goals, 2):
+        p, q = literals[i], literals[j]
+        if p == q ^ 1:
             return Unsolvable((a, b), f"{a} and {b} contradict each other")
-        if not a.negated and not b.negated:
-            i, j = task.number.get(a), task.number.get(b)
-            if i is not None and j is not None and mutexes.exclusive(i, j):
-                return Unsolvable((a, b), f"{a} and {b} exclude each other")
+        if not p & 1 and not q & 1 and mutexes.exclusive(p >> 1, q >> 1):
+            return Unsolvable((a, b), f"{a} and {b} exclude each other")
     return None
+
+
+def _either(
+    problem: Problem, proof: Unsolvable, purse: Budget, facts: Facts, excluded: frozenset[ActionCall]
+) -> Unsolvable:
+    """The proof that two goals exclude each other, or that one of them cannot be reached even alone."""
+    for goal in proof.goals:
+        alone = problem_of(problem.task, facts, (goal,), excluded)
+        trial = Budget(min(purse.left, ALONE))
+        verdict = Verdict.NONE if isinstance(alone, Unreachable) else best_first(alone, trial)
+        purse.pay(trial.spent)
+        if verdict is Verdict.NONE:
+            return Unsolvable((goal,), f"{goal} cannot be reached from here", purse.spent)
+    return replace(proof, expansions=purse.spent)
 
 
 def _smallest(
@@ -164,6 +183,6 @@ def _filtered(
         problem = problem_of(task, facts, rest, excluded)
         if isinstance(problem, Unreachable):
             return (problem.goal,)
-        if best_first(problem, purse) is None:
+        if best_first(problem, purse) is Verdict.NONE:
             kept = rest
     return tuple(kept)

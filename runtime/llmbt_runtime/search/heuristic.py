@@ -12,7 +12,6 @@ from math import inf
 
 from llmbt_atl.state import Domain
 from llmbt_ir.condition import ActionCall, Condition, Facts
-
 from llmbt_runtime.search.task import Task, task_of
 
 __all__ = ["HTable", "h_add", "relaxed_costs"]

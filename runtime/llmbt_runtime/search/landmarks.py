@@ -123,9 +123,7 @@ def landmarks_of(problem: Problem, mutexes: Mutexes) -> Landmarks:
             if problem.init >> b & 1:
                 enable[b] = again[b]
             else:
-                first = [
-                    a for a in problem.added_by[b] if not any(label[p] >> b & 1 for p in problem.pre_ids[a])
-                ]
+                first = [a for a in problem.added_by[b] if not any(label[p] >> b & 1 for p in problem.pre_ids[a])]
                 enable[b] = _common(problem, first)
             need, gain, against = enable[b]
             for c in bits(need | gain):

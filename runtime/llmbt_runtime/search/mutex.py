@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from llmbt_ir.condition import Facts
-
 from llmbt_runtime.search.task import Task
 
 __all__ = ["Mutexes", "mutexes_of"]
@@ -28,9 +27,7 @@ class Mutexes:
 
     def keys(self, fact: int) -> list[tuple[int, ...]]:
         """The keys of a fact's reliable variables."""
-        return [
-            k for k in self.task.keys[fact] if k[0] not in self.broken_variables and k not in self.broken_keys
-        ]
+        return [k for k in self.task.keys[fact] if k[0] not in self.broken_variables and k not in self.broken_keys]
 
     def exclusive(self, a: int, b: int) -> bool:
         """Whether two facts can never hold together."""
@@ -60,9 +57,7 @@ def mutexes_of(task: Task, facts: Facts) -> Mutexes:
 
 
 def _together(task: Task, values: list[int]) -> bool:
-    return len(values) < 2 or all(
-        b in task.related.get(a, ()) for i, a in enumerate(values) for b in values[i + 1 :]
-    )
+    return len(values) < 2 or all(b in task.related.get(a, ()) for i, a in enumerate(values) for b in values[i + 1 :])
 
 
 def _broken_by_actions(task: Task) -> frozenset[int]:
@@ -91,9 +86,7 @@ def _breaking(task: Task) -> set[int]:
     return found
 
 
-def _balanced(
-    task: Task, pre: tuple[int, ...], deletes: set[int], key: tuple[int, ...], values: list[int]
-) -> bool:
+def _balanced(task: Task, pre: tuple[int, ...], deletes: set[int], key: tuple[int, ...], values: list[int]) -> bool:
     """Whether the variable's other values have gone once an action has set it."""
     before = [p >> 1 for p in pre if not p & 1 and key in task.keys[p >> 1]]
     coexist = set(values).union(*(task.related.get(v, ()) for v in values))

@@ -13,7 +13,6 @@ from functools import cached_property
 from math import inf
 
 from llmbt_ir.condition import ActionCall, Condition, Facts
-
 from llmbt_runtime.search.heuristic import initial_literals, relaxed_costs
 from llmbt_runtime.search.task import Task
 

@@ -24,9 +24,7 @@ class RelaxedPlan:
     first: tuple[int, ...]
 
 
-def relaxed_plan(
-    problem: Problem, state: int, goals: Collection[int], *, nearest: bool = False
-) -> RelaxedPlan | None:
+def relaxed_plan(problem: Problem, state: int, goals: Collection[int], *, nearest: bool = False) -> RelaxedPlan | None:
     """A relaxed plan to all the goals, or to each of the nearest of them; None where there is none: a dead end.
 
     Nearest are the ones that cost at most one action more than the cheapest.

@@ -102,8 +102,7 @@ class Task:
         if not negative:
             return tuple(tuple(2 * f for f in op.adds) for op in self.ops)
         return tuple(
-            tuple(2 * f for f in op.adds) + tuple(2 * f + 1 for f in op.deletes if f in negative)
-            for op in self.ops
+            tuple(2 * f for f in op.adds) + tuple(2 * f + 1 for f in op.deletes if f in negative) for op in self.ops
         )
 
     @cached_property
@@ -157,7 +156,7 @@ class _Compiler:
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
         library = domain.library
-        self.things = list(domain.types)
+        self.things = sorted(domain.types)
         self.thing = {t: i for i, t in enumerate(self.things)}
         self.names = list(library.conditions)
         self.name = {n: i for i, n in enumerate(self.names)}
@@ -166,12 +165,8 @@ class _Compiler:
             fits[type_] = frozenset(self.thing[t] for t in domain.by_type.get(type_, ()))
         self.fits = fits
         self.param_fits = [tuple(fits[p.type] for p in library.conditions[n].params) for n in self.names]
-        self.upward_at = [
-            tuple(i for i, p in enumerate(library.conditions[n].params) if p.upward) for n in self.names
-        ]
-        self.outer = [
-            tuple(self.thing[c] for c in domain.containers(t) if c in self.thing) for t in self.things
-        ]
+        self.upward_at = [tuple(i for i, p in enumerate(library.conditions[n].params) if p.upward) for n in self.names]
+        self.outer = [tuple(self.thing[c] for c in domain.containers(t) if c in self.thing) for t in self.things]
         inner: list[list[int]] = [[] for _ in self.things]
         for place in domain.parents:
             for o in domain.containers(place):
@@ -336,9 +331,7 @@ class _Compiler:
                     order - sum(len(self.outer[v]) for v in values),
                 )
 
-    def effects(
-        self, patterns: list[tuple[int, tuple[int, ...], bool]], values: tuple[int, ...]
-    ) -> list[_Fact]:
+    def effects(self, patterns: list[tuple[int, tuple[int, ...], bool]], values: tuple[int, ...]) -> list[_Fact]:
         found = []
         for c, args, _ in patterns:
             fact = (c, *[values[a] if a >= 0 else ~a for a in args])
@@ -346,9 +339,7 @@ class _Compiler:
                 found.append(fact)
         return found
 
-    def ended(
-        self, fact: _Fact, pre: list[tuple[_Fact, bool]], positive: set[_Fact], deletes: set[_Fact]
-    ) -> None:
+    def ended(self, fact: _Fact, pre: list[tuple[_Fact, bool]], positive: set[_Fact], deletes: set[_Fact]) -> None:
         """What ends when `fact` begins: of each of its variables the value in `pre`, or else all others."""
         for key in self.variables_of(fact):
             known = False
@@ -398,7 +389,6 @@ def _joined(
         for fact in index.get(key, ()):
             new = dict(binding)
             if all(
-                s < 0 or (new.setdefault(s, v) == v and v in sets[s])
-                for s, v in zip(slots, fact, strict=True)
+                s < 0 or (new.setdefault(s, v) == v and v in sets[s]) for s, v in zip(slots, fact, strict=True)
             ) and all(a not in new or b not in new or new[a] != new[b] for a, b in unequal):
                 yield new
