@@ -34,8 +34,8 @@ help: ## this list
 
 setup: .venv/.installed ## make .venv with llmbt in it
 
-demo: setup ## compile and execute the canonical request into runs/demo, with a dropped object
-	$(LLMBT) run "$(CANONICAL)" --scene cargo_sorting -o runs/demo --disturb drop --picture --force
+demo: setup ## compile and execute the canonical request into runs/demo; an obstacle turns up on the way
+	$(LLMBT) run "$(CANONICAL)" --scene cargo_sorting -o runs/demo --disturb obstacle_at_place --picture --force
 
 test: .venv/.tested ## the tests that the plain install can run
 	$(THREADS) $(PY) -m pytest -m "not extras"

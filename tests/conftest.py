@@ -17,7 +17,7 @@ settings.register_profile(
     database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
 )
-settings.register_profile("explore", parent=settings.get_profile("ours"), derandomize=False, max_examples=2_000)
+settings.register_profile("explore", parent=settings.get_profile("ours"), derandomize=False, max_examples=1_000)
 settings.load_profile(os.environ.get("LLMBT_HYPOTHESIS", "ours"))
 
 

@@ -26,7 +26,7 @@ from llmbt_ir.xml import read_bytes
 from llmbt_runtime.disturbance import draw, symbolic_events
 from llmbt_runtime.executor import Settings, execute
 from llmbt_runtime.initial import facts_of_map
-from llmbt_runtime.outcome import Outcome
+from llmbt_runtime.outcome import Happening, Outcome
 from llmbt_runtime.record import RunFolder, result_document, signatures_of, write_result
 from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.world import World
@@ -43,7 +43,7 @@ class Order:
     seed: int = 0
     disturb: str = "none"
     budget: int = 200_000
-    picture: Path | None = None
+    pictures: bool = False
     state: Path | None = None
 
 
@@ -108,9 +108,11 @@ def execute_tree(
     try:
         _picture(world, folder, "start", order)
 
-        def tell(happening: Any) -> None:
+        def tell(happening: Happening) -> None:
             run.tell(happening)
             progress.tell(happening)
+            if happening.kind == "update":
+                _picture(world, folder, str(happening.details["version"]), order)
 
         result = execute(world, domain, file.tree, goals, keep=run.keep, tell=tell, settings=Settings(order.budget))
         _picture(world, folder, "end", order)
@@ -198,9 +200,11 @@ def _bullet(order: Order, goals: Goals, names: tuple[str, ...]) -> World:
 
 
 def _picture(world: World, folder: Path, name: str, order: Order) -> None:
-    if order.picture is None or order.world != "bullet":
+    """A PNG of the scene as it is now, where pictures are wanted and the world has a body."""
+    if not order.pictures or order.world != "bullet":
         return
+    from llmbt_runtime.bullet.camera import render_png
     from llmbt_runtime.bullet.world import BulletWorld
 
     assert isinstance(world, BulletWorld)
-    world.render_png(folder / f"{order.picture.stem}.{name}.png")
+    render_png(world, folder / f"scene.{name}.png")

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Progress", "training_bar"]
 
+MAX_EDITS = 12
 STYLES = {
     "started": ("dim", "  "),
     "ended": ("", "  "),
@@ -47,6 +48,11 @@ class Progress:
         if happening.kind == "ended" and happening.details.get("result") != "SUCCESS":
             style = "red"
         self._print(f"{happening.time_s:7.1f} s  {mark}{happening.text}", style=style or None, markup=False)
+        edits = happening.details.get("edits", ())
+        for edit in edits[:MAX_EDITS]:
+            self._print(f"{'':12}  {edit}", style="cyan", markup=False)
+        if len(edits) > MAX_EDITS:
+            self._print(f"{'':12}  and {len(edits) - MAX_EDITS} more", style="cyan", markup=False)
 
     def line(self, text: str) -> None:
         """Any other line."""

@@ -247,7 +247,7 @@ def parse_scene(data: bytes, source: str = "scene.xml") -> Scene:
 
     Errors, all with a line: E003-E006 as XML; E020 an id used twice; E021 an unknown place; E022 a place that
     contains itself; E041 a body that stands on a place without a surface; E042 bodies that overlap at the start;
-    E043 an unknown colour; E044 a body that no gripper of the robot can hold.
+    E043 an unknown colour; E044 a body that the gripper cannot hold; E046 an object with no position, or two.
     """
     root = parse_xml(data, source, schema="scene")
     return _Reader(root, source).scene()
@@ -366,6 +366,14 @@ class _Reader:
 
     def pose(self, node: Element, id_: str, size: Vec3, places: Mapping[str, ScenePlace]) -> Pose | None:
         quat = quat_from_yaw(float(node.get("yaw_rad", "0")))
+        if node.tag == "Object" and (node.get("xyz_m") is None) == (node.get("on") is None):
+            self.fault(
+                "E046",
+                f"`{id_}` needs either xyz_m or on to say where it stands",
+                self.lines[id_],
+                'on="PLACE" with offset_m="dx dy", or xyz_m="x y z" of its centre',
+            )
+            return None
         if node.get("xyz_m"):
             return Pose(_triple(node.get("xyz_m")), quat)
         wanted = node.get("on")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,8 +17,6 @@ __all__ = ["NAMES", "draw", "symbolic_events"]
 NAMES = ("drop", "obstacle_at_place", "obstacle_at_pick", "placed_object_moved")
 """Those that can be dealt with; `none` and `random` (or `random:N`) stand beside them."""
 
-OBSTACLE = "obstacle_1"
-
 
 def draw(wanted: str, rng: np.random.Generator, names: tuple[str, ...] = NAMES) -> tuple[str, ...]:
     """The disturbances that `wanted` stands for: a name, `none`, `random` or `random:N`, several joined by commas."""
@@ -27,7 +25,7 @@ def draw(wanted: str, rng: np.random.Generator, names: tuple[str, ...] = NAMES) 
         name, _, count = part.strip().partition(":")
         if name == "none":
             continue
-        if name == "random":
+        if name == "random" and (count.isdigit() or part.strip() == name):
             n = int(count) if count.isdigit() else 1
             drawn += [str(x) for x in rng.choice(names, size=n, replace=n > len(names))]
         elif name in names and not count:
@@ -52,6 +50,7 @@ class _Setting:
     facts: Facts
     goals: tuple[Condition, ...]
     rng: np.random.Generator
+    obstacle: str = "obstacle_1"
 
     def open(self) -> list[Condition]:
         return [g for g in self.goals if g.name == "On" and not g.negated and g not in self.facts]
@@ -76,7 +75,7 @@ def symbolic_events(
     rng: np.random.Generator,
 ) -> tuple[Event, ...]:
     """The named disturbances as events on facts, each on an event of the task. E062 where one does not apply."""
-    setting = _Setting(domain, facts, goals, rng)
+    setting, obstacles = _Setting(domain, facts, goals, rng), 0
     made: dict[str, Callable[[_Setting], Event | None]] = {
         "drop": _drop,
         "obstacle_at_place": _obstacle_at_place,
@@ -85,6 +84,9 @@ def symbolic_events(
     }
     events = []
     for name in names:
+        if name.startswith("obstacle"):
+            obstacles += 1  # one thing is in one place
+            setting = replace(setting, obstacle=f"obstacle_{obstacles}")
         event = made[name](setting)
         if event is None:
             raise LlmbtError(
@@ -109,7 +111,7 @@ def _obstacle_at_place(s: _Setting) -> Event | None:
         return None
     thing, place = s.pick(slots).args
     free = Condition("Free", (place,))
-    adds = s.on(OBSTACLE, place) | {Condition("Clear", (OBSTACLE,))}
+    adds = s.on(s.obstacle, place) | {Condition("Clear", (s.obstacle,))}
     return Event(1, frozenset({free}), adds, (Condition("Holding", (thing,)), free), "obstacle_at_place", place)
 
 
@@ -121,9 +123,9 @@ def _obstacle_at_pick(s: _Setting) -> Event | None:
     thing = later.args[0]
     clear = Condition("Clear", (thing,))
     where = next((f.args[1] for f in sorted(s.facts) if f.name == "On" and f.args[0] == thing), s.region())
-    adds = s.on(OBSTACLE, where if not s.domain.fits(where, "slot") else s.region()) | {
-        Condition("Blocks", (OBSTACLE, thing)),
-        Condition("Clear", (OBSTACLE,)),
+    adds = s.on(s.obstacle, where if not s.domain.fits(where, "slot") else s.region()) | {
+        Condition("Blocks", (s.obstacle, thing)),
+        Condition("Clear", (s.obstacle,)),
     }
     return Event(
         1,

@@ -91,6 +91,7 @@ class _Run:
         self.expected: Facts = frozenset()
         self.failures: Counter[ActionCall] = Counter()
         self.excluded: dict[ActionCall, Facts] = {}
+        self.exclusions: Counter[ActionCall] = Counter()
         self.last_failure = ""
         self.told_disturbances = 0
 
@@ -176,6 +177,7 @@ class _Run:
         )
         if result == "SUCCESS":
             self.failures.pop(action.call, None)
+            self.exclusions.pop(action.call, None)
             if self.believed is not None:
                 self.believed = self.expected = apply(action, self.believed)
             return
@@ -184,6 +186,7 @@ class _Run:
         self.last_failure = f"{action.call} failed: {reason or 'no reason given'}"
         if self.failures[action.call] >= self.settings.attempts:
             self.excluded[action.call] = observed
+            self.exclusions[action.call] += 1
             del self.failures[action.call]
 
     def stop(self, why: str) -> None:
@@ -268,7 +271,8 @@ class _Run:
         self.tree = found.tree
         self.updates += 1
         self.accept(facts)
-        self.say("update", f"{version}: {cause}", version=version, steps=len(found.steps), nodes=len(found.tree))
+        edits = [s.told() for s in found.steps]
+        self.say("update", f"{version}: {cause}", version=version, nodes=len(found.tree), edits=edits)
 
     def prune(self, found: Grown, facts: Facts) -> None:
         """Take out what the certificate does not run, as a version of its own."""
@@ -313,17 +317,24 @@ class _Run:
         return facts
 
     def forgive(self, facts: Facts) -> None:
-        """An excluded action may be tried again once what is known of its arguments has changed."""
+        """An excluded action may be tried again once what is known of its arguments has changed, but not for ever:
+        what fails may itself be what changes them."""
         for call, then in list(self.excluded.items()):
             about = {f for f in facts ^ then if set(f.args) & set(call.args)}
-            if about:
+            if about and self.exclusions[call] < self.settings.attempts:
                 del self.excluded[call]
 
     def cause(self, began: Facts, ended: Facts) -> str:
         """The difference between what was expected and what is observed, in words."""
-        parts = [f"no longer {_some(ended)}"] if ended else []
-        parts += [f"now {_some(began)}"] if began else []
+        parts = [f"no longer {self.some(ended)}"] if ended else []
+        parts += [f"now {self.some(began)}"] if began else []
         return "; ".join(parts) or self.last_failure or "the tree failed"
+
+    def some(self, facts: Facts) -> str:
+        """A few facts; what another of them implies by containment is left out."""
+        implied = {u for f in facts for u in self.domain.upward(f) if u != f}
+        named = [str(f) for f in sorted(facts - implied)]
+        return ", ".join(named[:4]) + (", ..." if len(named) > 4 else "")
 
     # -- the end --------------------------------------------------------------------------------------------------
 
@@ -363,9 +374,3 @@ class _Run:
 
     def say(self, kind: str, text: str, **details: object) -> None:
         self.tell(Happening(kind, self.world.time_s, text, details))
-
-
-def _some(facts: Facts) -> str:
-    """A few facts, the most particular first: containers of a place that is named are left out."""
-    named = sorted(facts, key=lambda f: (f.name != "On", f))
-    return ", ".join(str(f) for f in named[:4]) + (", ..." if len(named) > 4 else "")

@@ -30,7 +30,7 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class ActionReport:
-    """How the running action stands. `reason` is a code, as `dropped_on_the_way`; `blocker` the body that is in the way.
+    """How the running action stands. `reason` is a code, as `dropped_on_the_way`; `blocker` the body in the way.
 
     An action that was halted ends with IDLE and the reason `halted`.
     """

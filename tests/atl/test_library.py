@@ -43,7 +43,8 @@ def faults(templates: str, head: str = HEAD) -> tuple[Diagnostic, ...]:
 
 
 def template(hold: str = "", post: str = "<Empty/>", more: str = "") -> str:
-    return f'<template name="x">\n<param name="t" type="thing"/><param name="s" type="spot"/>\n{more}<hold>{hold}</hold>\n<post>{post}</post>\n</template>'
+    params = '<param name="t" type="thing"/><param name="s" type="spot"/>'
+    return f'<template name="x">\n{params}\n{more}<hold>{hold}</hold>\n<post>{post}</post>\n</template>'
 
 
 def test_the_shipped_libraries_load_without_a_warning() -> None:
@@ -146,7 +147,8 @@ def test_two_things_on_a_place_that_may_hold_many_are_no_contradiction() -> None
     text = Path("atl/llmbt_atl/data/cargo_sorting.xml")
     data = (Path(__file__).parents[2] / text).read_text()
     tidy = """<template name="tidy"><param name="a" type="object"/><param name="b" type="object"/>
-      <param name="place" type="region"/><start><HandEmpty/><On target="{a}" place="{place}"/><On target="{b}" place="{place}"/></start>
+      <param name="place" type="region"/>
+      <start><HandEmpty/><On target="{a}" place="{place}"/><On target="{b}" place="{place}"/></start>
       <post><Holding target="{a}"/></post></template></templates>"""
     assert list(check_library(parse_library(data.replace("</templates>", tidy).encode(), "c.xml"))) == []
     slot = tidy.replace('type="region"', 'type="slot"')

@@ -85,7 +85,7 @@ def test_actions_do_in_the_facts_what_they_do_with_things(cargo: Cargo, data: st
     for _ in range(6):
         facts = here.facts()
         able = {a.call for a in domain.actions if applicable(a, facts) and _specific(a.call, here)}
-        possible = {call: then for call, then in here.steps()}
+        possible = dict(here.steps())
         possible |= {
             ActionCall("put_down", c.args): then
             for c, then in possible.items()

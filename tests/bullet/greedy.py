@@ -11,8 +11,7 @@ from llmbt_runtime.world import Status
 
 BUFFER = "sorting_area"
 CANONICAL = tuple(
-    Condition("On", (f"object_{o}", f"position_{p}"))
-    for o, p in ((1, 12), (2, 13), (4, 14), (3, 22), (5, 23), (6, 32))
+    Condition("On", (f"object_{o}", f"position_{p}")) for o, p in ((1, 12), (2, 13), (4, 14), (3, 22), (5, 23), (6, 32))
 )
 
 
@@ -91,9 +90,9 @@ def faults_in(facts: Facts) -> list[str]:
         if len(way) > 1:
             found.append(f"approach of {o}: {sorted(map(str, way))}")
     for f in facts:
-        if f.name == "Free" and any(g.name == "On" and g.args[1] == f.args[0] for g in facts):
-            if f.args[0].startswith("position"):
-                found.append(f"{f} though taken")
+        taken = any(g.name == "On" and g.args[1:] == f.args for g in facts)
+        if f.name == "Free" and taken and f.args[0].startswith("position"):
+            found.append(f"{f} though taken")
     return found
 
 
@@ -111,8 +110,7 @@ def run(world: BulletWorld, goals: tuple[Condition, ...], limit_s: float = 400.0
         nowhere = [
             o
             for o in world.objects()
-            if world.at_rest
-            and not any(f.args[0] == o for f in facts if f.name in ("On", "Holding", "Fallen"))
+            if world.at_rest and not any(f.args[0] == o for f in facts if f.name in ("On", "Holding", "Fallen"))
         ]
         if nowhere:
             episode.faults.append(f"{world.time_s:.1f} s nowhere: {nowhere}")

@@ -1,4 +1,4 @@
-"""The first thing the world must do: one block, picked and placed, whatever the tick phase, the start and the target."""
+"""The first thing the world must do: pick and place one block, whatever the tick phase, the start and the target."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.geometry import Pose, quat_from_yaw
 from llmbt_ir.scene import Scene, load_scene

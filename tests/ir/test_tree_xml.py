@@ -135,7 +135,8 @@ def test_trees_without_ids_get_them_from_their_place() -> None:
 
 def test_explicit_ids_inverters_and_comments_are_understood() -> None:
     xml = main(
-        '<!-- why --><ReactiveSequence><Condition ID="P0"/><Inverter><Inverter><P1/></Inverter></Inverter></ReactiveSequence>'
+        '<!-- why --><ReactiveSequence><Condition ID="P0"/>'
+        "<Inverter><Inverter><P1/></Inverter></Inverter></ReactiveSequence>"
     )
     tree = parse_tree(xml.encode(), "t.xml", SIGNATURES).tree
     assert [n.condition for n in tree.preorder()][1:] == [Condition("P0"), Condition("P1")]
@@ -229,7 +230,8 @@ def test_a_billion_laughs() -> None:
 
 def test_a_billion_laughs_of_subtrees() -> None:
     """30 trees of two SubTrees each stand for 2**30 nodes."""
-    level = '<BehaviorTree ID="T{0}"><ReactiveSequence><SubTree ID="T{1}"/><SubTree ID="T{1}"/></ReactiveSequence></BehaviorTree>\n'
+    twice = '<SubTree ID="T{1}"/><SubTree ID="T{1}"/>'
+    level = f'<BehaviorTree ID="T{{0}}"><ReactiveSequence>{twice}</ReactiveSequence></BehaviorTree>\n'
     rest = "".join(level.format(i, i + 1) for i in range(30)) + '<BehaviorTree ID="T30"><P0/></BehaviorTree>'
     assert faults(main('<SubTree ID="T0"/>', rest))[-1].code == "E004"
 

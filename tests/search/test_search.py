@@ -176,7 +176,7 @@ def test_the_answer_does_not_depend_on_the_order_of_hashes() -> None:
         "    r = search(*p)\n"
         "    print(r.expansions, *map(str, r.actions))\n"
         "d, f, g = cargo(3, 5)\n"
-        "print(search(d, f, (*g, ~g[0])), search(d, f, (g[0], ~d.action(r.actions[0].call).pre[0])))\n"
+        "print(search(d, f, (*g, ~g[0])), search(d, f, (g[0], ~d.actions[0].pre[0])))\n"
     )
     outputs = {
         subprocess.run(

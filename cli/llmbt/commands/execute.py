@@ -46,7 +46,7 @@ def execute(
     from llmbt_ir.xml import read_bytes
 
     data = read_bytes(tree, "tree")
-    order = Order(load_scene(scene), world, seed, disturb, budget, Path("scene") if picture else None, state)
+    order = Order(load_scene(scene), world, seed, disturb, budget, picture, state)
     if tree.resolve().parent != folder.resolve() or (folder / "result.json").exists():
         fresh_folder(folder, force=force)
     document = execute_tree(data, str(tree), folder, order, Progress(quiet=quiet or as_json))

@@ -54,7 +54,7 @@ def run(
 
     text = read_request(request_text)
     request = Request(text, scene, map_file, cassette, record, replace, base_url, model, answers, tagger, partial)
-    order = Order(load_scene(scene), world, seed, disturb, budget, Path("scene") if picture else None, state)
+    order = Order(load_scene(scene), world, seed, disturb, budget, picture, state)
     fresh_folder(folder, force=force)
     progress = Progress(quiet=quiet or as_json)
     compiled = compile_into(request, folder, progress)

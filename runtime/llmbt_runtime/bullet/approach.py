@@ -13,9 +13,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from llmbt_ir.geometry import Vec3
 from llmbt_ir.scene import MAX_GRASP_M, Body, Scene, ScenePlace
-
 from llmbt_runtime.bullet.bodies import BodyState, Extent, lying_at
 from llmbt_runtime.bullet.client import BulletClient
 from llmbt_runtime.bullet.kinematics import TipPose, central_yaw, solve_one
@@ -203,9 +203,7 @@ class Approach:
             yb = central_yaw(x, y, yb)
             twist = abs(yb - (math.pi / 2 + math.atan2(y, x)))
             opening = min(MAX_OPENING_M, width + 2 * beside)
-            found.append(
-                ((turns, -beside, -round(depth, 4), round(twist, 3)), Grasp((x, y, zb, yb), opening, width))
-            )
+            found.append(((turns, -beside, -round(depth, 4), round(twist, 3)), Grasp((x, y, zb, yb), opening, width)))
         return [g for _, g in sorted(found, key=lambda f: f[0])]
 
     def grasp(self, id_: str) -> Verdict:
@@ -219,9 +217,7 @@ class Approach:
                 options.append(hits)
         return Verdict(None, self.blocker(id_, options), bool(options), tuple(options))
 
-    def blocker(
-        self, id_: str, options: Iterable[tuple[str, ...]], clear: frozenset[str] = frozenset()
-    ) -> str | None:
+    def blocker(self, id_: str, options: Iterable[tuple[str, ...]], clear: frozenset[str] = frozenset()) -> str | None:
         """Which body to move so that a mirrored one can be taken: of the way that the fewest bodies bar, best ones in
         `clear`, the nearest; those that are clear first."""
         xyz = self._here[id_].xyz
@@ -231,9 +227,7 @@ class Approach:
             return sum(b not in clear for b in hits), len(hits), round(far, 4), hits
 
         best = min((o for o in options if o), key=cost, default=())
-        return min(
-            best, key=lambda b: (b not in clear, round(math.dist(self._here[b].xyz, xyz), 4), b), default=None
-        )
+        return min(best, key=lambda b: (b not in clear, round(math.dist(self._here[b].xyz, xyz), 4), b), default=None)
 
     # ------------------------------------------------------------------ letting go
 
@@ -264,17 +258,14 @@ class Approach:
             blockers.update(dict.fromkeys((*lying, *hits)))
         return Verdict(None, next(iter(blockers), None), reachable)
 
-    def _lying(
-        self, body: Body, carried: Carried, x: float, y: float, bottom_m: float, yaw: float
-    ) -> tuple[str, ...]:
+    def _lying(self, body: Body, carried: Carried, x: float, y: float, bottom_m: float, yaw: float) -> tuple[str, ...]:
         """The bodies that a thing put down at a spot would reach into."""
         state = self._put_down(body, carried, x, y, bottom_m, yaw)
         self._set(body.id, state)
         hits = tuple(
             id_
             for id_ in self._here
-            if id_ != body.id
-            and self.client.getClosestPoints(self._bodies[body.id], self._bodies[id_], distance=0.001)
+            if id_ != body.id and self.client.getClosestPoints(self._bodies[body.id], self._bodies[id_], distance=0.001)
         )
         self._away(body.id)
         return hits
@@ -302,9 +293,7 @@ class Approach:
 
     # ------------------------------------------------------------------ free spots
 
-    def spots(
-        self, place: ScenePlace, half_m: float, keep_off: Iterable[Extent]
-    ) -> list[tuple[float, float]]:
+    def spots(self, place: ScenePlace, half_m: float, keep_off: Iterable[Extent]) -> list[tuple[float, float]]:
         """Where in a region a thing of half-width `half_m` would lie apart from everything, the roomiest first."""
         if place.surface_m is None:
             return []
@@ -321,9 +310,7 @@ class Approach:
         ok &= np.abs(np.arctan2(by, bx) - self.frame.yaw_rad) < math.radians(150)
         for f in self.scene.fixtures:
             if f.top_m > pz + 0.005:
-                gap = np.maximum(
-                    np.abs(gx - f.xyz_m[0]) - f.size_m[0] / 2, np.abs(gy - f.xyz_m[1]) - f.size_m[1] / 2
-                )
+                gap = np.maximum(np.abs(gx - f.xyz_m[0]) - f.size_m[0] / 2, np.abs(gy - f.xyz_m[1]) - f.size_m[1] / 2)
                 ok &= gap >= half_m + _SPOT_FIXTURE_GAP_M
         room = np.full(len(gx), 0.12)
         for e in keep_off:
@@ -410,10 +397,7 @@ def _askew_axes(body: Body, state: BodyState) -> list[tuple[float, float]]:
     """
     if body.shape in ("cylinder", "sphere"):
         return []
-    if not state.upright(body.shape):
-        yaws = [k * math.pi / 8 for k in range(8)]
-    else:
-        yaws = [0.0, math.pi / 2]
+    yaws = [0.0, math.pi / 2] if state.upright(body.shape) else [k * math.pi / 8 for k in range(8)]
     return [(yaw, _width_along(body, state, yaw)) for yaw in yaws]
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 from llmbt_ir.geometry import IDENTITY_QUAT, Pose, Vec3
 from llmbt_ir.scene import Body, Scene
-
 from llmbt_runtime.bullet.bodies import BodyState, extent_of
 from llmbt_runtime.bullet.client import BulletClient
 from llmbt_runtime.bullet.motion import CONTROL_HZ
@@ -120,6 +119,11 @@ class Bench:
         speed, spin = math.hypot(*linear), math.hypot(*angular)
         return BodyState(xyz, quat, axes, speed, spin, extent_of(self.kinds[id_], xyz, axes))
 
+    def velocity(self, id_: str) -> Vec3:
+        """The linear velocity of a body now, in the world."""
+        vx, vy, vz = self.client.getBaseVelocity(self.bodies[id_])[0]
+        return vx, vy, vz
+
     def tip_xyz(self) -> Vec3:
         """Where the tip is, in the world."""
         x, y, z = self.client.getLinkState(self.panda.body, TIP, computeForwardKinematics=1)[4]
@@ -133,7 +137,7 @@ class Bench:
                 grasped = None
         self._held = grasped
         forces = self._finger_forces()
-        touched = sorted(((id_, l + r) for id_, (l, r) in forces.items()), key=lambda t: (-t[1], t[0]))
+        touched = sorted(((id_, sum(both)) for id_, both in forces.items()), key=lambda t: (-t[1], t[0]))
         supported: set[str] = set()
         for contact in self.client.getContactPoints():
             a, b = contact[1], contact[2]

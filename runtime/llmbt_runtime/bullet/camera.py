@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from llmbt_ir.geometry import Pose
-from llmbt_ir.scene import Camera, Scene
 from numpy.typing import NDArray
 
+from llmbt_ir.geometry import Pose
+from llmbt_ir.scene import Camera, Scene
 from llmbt_runtime.bullet.client import BulletClient
 from llmbt_runtime.bullet.robot import load_panda
 from llmbt_runtime.bullet.scene_builder import add_bodies, add_fixtures, mark_slots

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 
 from llmbt_ir.condition import Condition, Facts
 from llmbt_ir.scene import SUPPORT_TOLERANCE_M, Body, Scene, ScenePlace
-
 from llmbt_runtime.bullet.approach import Approach, Verdict
 from llmbt_runtime.bullet.bench import Sensed
 from llmbt_runtime.bullet.bodies import BodyState, Extent, overlap
@@ -106,9 +105,7 @@ class Conditions:
 
     # ------------------------------------------------------------------ On
 
-    def _places_of(
-        self, id_: str, state: BodyState, sensed: Sensed, before: frozenset[str]
-    ) -> frozenset[str]:
+    def _places_of(self, id_: str, state: BodyState, sensed: Sensed, before: frozenset[str]) -> frozenset[str]:
         """The places that a body is on, the most specific and its containers."""
         still = bool(before)
         if id_ not in sensed.supported or not state.upright(self.kinds[id_].shape, still=still):

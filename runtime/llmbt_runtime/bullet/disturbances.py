@@ -13,27 +13,31 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
+
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, nearest
 from llmbt_ir.geometry import Vec3, yaw_from_quat
 from llmbt_ir.scene import Body, Scene, ScenePlace
-
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.bench import Bench
-from llmbt_runtime.bullet.bodies import BodyState, lying_at
+from llmbt_runtime.bullet.bodies import BodyState, Extent, lying_at
 from llmbt_runtime.world import Disturbed
 
 __all__ = ["DISTURBANCES", "DisturbanceSpec", "Disturber", "Moment"]
 
+DEBUG=1
 _T = TypeVar("_T")
 
 DISTURBANCES = ("drop", "obstacle_at_pick", "obstacle_at_place", "placed_object_moved")
 _HAND_AWAY_M = 0.20
 _BESIDE_M = 0.004
-_DROP_FROM, _DROP_AT_LAST = 0.30, 0.65
-_DROP_ROOM_M = 0.05
-_DROP_ROOM_FIXTURE_M = 0.07
+_DROP_AT, _DROP_PATIENCE = (0.22, 0.50), 0.20
+"""Parts of the way over: from one drawn in the first range on; later by the second, wherever it falls."""
+_DROP_ROOM_M = 0.035
+_DROP_OFF_GOAL_M = 0.09
 _BROKEN_BY_TICKS = 4
+_MAX_DELAY_TICKS = 12
+"""An obstacle comes onto a slot up to so long after the thing that is to go there was taken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +72,8 @@ class _Pending:
     name: str
     occurrence: int
     target: str | None
+    drop_at: float = 0.5
+    delay: int = 0
     about: str = ""
     key: Condition | None = None
     before: Facts = frozenset()
@@ -90,6 +96,7 @@ class Disturber:
     _fired: list[_Pending] = field(default_factory=list)
     _grasped: list[str] = field(default_factory=list)
     _carries: int = 0
+    _carried_ticks: int = 0
     _last_held: str | None = None
 
     def plan(self, specs: tuple[DisturbanceSpec, ...]) -> None:
@@ -121,7 +128,9 @@ class Disturber:
                 )
             last = max(1, len(self.goals) - 1)
             drawn = int(self.rng.integers(1, last + 1))
-            self._waiting.append(_Pending(name, spec.occurrence or drawn, spec.target))
+            drop_at = float(self.rng.uniform(*_DROP_AT))
+            delay = int(self.rng.integers(0, _MAX_DELAY_TICKS + 1))
+            self._waiting.append(_Pending(name, spec.occurrence or drawn, spec.target, drop_at, delay))
 
     # ------------------------------------------------------------------ each tick
 
@@ -134,8 +143,11 @@ class Disturber:
             if now.held not in self._grasped:
                 self._grasped.append(now.held)
             self._last_held = now.held
+            self._carried_ticks = 0
         elif now.held is None:
             self._last_held = None
+        else:
+            self._carried_ticks += 1
         if self._fired or not self._grasped or now.in_contact or not now.at_rest or not self._waiting:
             return
         due = self._waiting[0]
@@ -182,30 +194,47 @@ class Disturber:
     # ------------------------------------------------------------------ the four
 
     def _drop(self, due: _Pending, now: Moment) -> bool:
-        """Half-way over, above the open workbench where possible."""
+        """On the way over, so that it falls onto the open workbench where that can be, and never onto its goal."""
         if self._carries < due.occurrence or now.held is None or now.transfer is None:
             return False
         if due.target is not None and now.held != due.target:
             return False
-        if now.transfer < _DROP_FROM or (now.transfer < _DROP_AT_LAST and not self._room_below(now.held)):
+        x, y = self._landing(now.held)
+        mine = [g for g in self.goals if g.name == "On" and g.args[0] == now.held]
+        wanted = [self.scene.place(g.args[1]).surface_m for g in mine]
+        if any(w is not None and math.hypot(x - w[0], y - w[1]) < _DROP_OFF_GOAL_M for w in wanted):
+            return False
+        anywhere = now.transfer >= due.drop_at + _DROP_PATIENCE
+        if DEBUG: print(self._carries, due, now.transfer, (x,y), wanted, self._room_at(now.held,x,y))
+        if now.transfer < due.drop_at or not (anywhere or self._room_at(now.held, x, y)):
             return False
         due.about, due.key = now.held, Condition("Holding", (now.held,))
         self.bench.slip()
         return True
 
-    def _room_below(self, held: str) -> bool:
-        here = self.bench.sensed.states[held].extent
+    def _landing(self, held: str) -> tuple[float, float]:
+        """Where a held thing would come down on the workbench if it were let go now, by its speed and height."""
+        state = self.bench.sensed.states[held]
+        vx, vy = self.bench.velocity(held)[:2]
+        height = max(0.0, state.extent.bottom_m - self.scene.robot_xyz_m[2])
+        seconds = math.sqrt(2 * height / 9.81)
+        return state.xyz[0] + vx * seconds, state.xyz[1] + vy * seconds
+
+    def _room_at(self, held: str, x: float, y: float) -> bool:
+        """Whether a thing that comes down there meets neither a fixture that stands out nor another thing."""
+        half = self.bench.sensed.states[held].extent.half
         for f in self.scene.fixtures:
             if f.top_m < self.scene.robot_xyz_m[2] + 0.01:
                 continue
-            gap = max(abs(here.centre[i] - f.xyz_m[i]) - f.size_m[i] / 2 - here.half[i] for i in (0, 1))
-            if gap < _DROP_ROOM_FIXTURE_M:
+            gap = max(abs(x - f.xyz_m[0]) - f.size_m[0] / 2 - half[0], abs(y - f.xyz_m[1]) - f.size_m[1] / 2 - half[1])
+            if gap < _DROP_ROOM_M:
                 return False
+        here = Extent((x, y, 0.0), half)
         return all(here.gap_xy(s.extent) > _DROP_ROOM_M for _, s in self.bench.others(held))
 
     def _obstacle_at_place(self, due: _Pending, now: Moment) -> bool:
         """Onto the slot that the held thing is to go to."""
-        if self._carries < due.occurrence or now.held is None:
+        if self._carries < due.occurrence or now.held is None or self._carried_ticks < due.delay:
             return False
         for slot in self._destinations(due, now):
             free = Condition("Free", (slot.id,))
@@ -221,9 +250,7 @@ class Disturber:
         return False
 
     def _destinations(self, due: _Pending, now: Moment) -> Iterator[ScenePlace]:
-        wanted = [
-            g.args[1] for g in self.goals if g.name == "On" and g.args[0] == now.held and g not in now.facts
-        ]
+        wanted = [g.args[1] for g in self.goals if g.name == "On" and g.args[0] == now.held and g not in now.facts]
         if now.action is not None and now.action.name == "place" and now.action.args[1] not in wanted:
             inside = set(self.scene.with_containers(now.action.args[1]))
             if inside & set(wanted):
@@ -240,10 +267,7 @@ class Disturber:
         targets = [
             g.args[0]
             for g in self.goals
-            if g.name == "On"
-            and g not in now.facts
-            and g.args[0] != now.held
-            and due.target in (None, g.args[0])
+            if g.name == "On" and g not in now.facts and g.args[0] != now.held and due.target in (None, g.args[0])
         ]
         for target in self._shuffled(sorted(set(targets))):
             state = self.bench.sensed.states.get(target)
@@ -312,7 +336,7 @@ class Disturber:
     def _can_stand(self, body: Body, state: BodyState, blocks: tuple[str, ...]) -> bool:
         """Whether a body fits at a pose, can be taken from there, and then blocks just the bodies it is meant to."""
         held = self.bench.sensed.held
-        states = {id_: s for id_, s in self.bench.others(body.id)}
+        states = dict(self.bench.others(body.id))
         approach = self.approach
         approach.mirror(states, without=held)
         if not approach.fits(body.id, state):

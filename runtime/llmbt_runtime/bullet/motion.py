@@ -1,7 +1,7 @@
 """Paths of the tip and the joint trajectories that follow them.
 
-A path goes through way-points in cylinder coordinates about the robot's base (turn, radius, height, yaw of the fingers),
-so that the arm swings round its base instead of cutting through it. Frame: the robot's base; metres, radians.
+A path is a line in cylinder coordinates about the robot's base (turn, radius, height, yaw of the fingers), so that the
+arm swings round its base instead of cutting through it. Frame: the robot's base; metres, radians.
 """
 
 from __future__ import annotations
@@ -59,9 +59,7 @@ def _interpolate(start: TipPose, end: TipPose, s: Array) -> Array:
     return solve(x, y, z, yaw, theta)
 
 
-def plan_line(
-    start: TipPose, end: TipPose, speed_rad_s: float, acceleration_rad_s2: float
-) -> Trajectory | None:
+def plan_line(start: TipPose, end: TipPose, speed_rad_s: float, acceleration_rad_s2: float) -> Trajectory | None:
     """The trajectory along a line in cylinder coordinates, at rest at both ends; None where a point is out of reach.
 
     The duration is the shortest for which no joint is faster or accelerates more than asked for.
@@ -77,9 +75,7 @@ def plan_line(
         return hold(q[-1])
     seconds = max(
         _PEAK_SPEED * reach / speed_rad_s,
-        math.sqrt(
-            (_PEAK_ACCELERATION * reach + _PEAK_SPEED**2 * float(np.abs(curve).max())) / acceleration_rad_s2
-        ),
+        math.sqrt((_PEAK_ACCELERATION * reach + _PEAK_SPEED**2 * float(np.abs(curve).max())) / acceleration_rad_s2),
         0.1,
     )
     n = math.ceil(seconds * CONTROL_HZ)

@@ -29,9 +29,7 @@ _STRONGER = 4.0
 """The motors of joints 5-7 are given some room: position control in Bullet does not compensate gravity."""
 
 
-def load_panda(
-    client: BulletClient, xyz_m: tuple[float, float, float], yaw_rad: float, *, visible: bool
-) -> int:
+def load_panda(client: BulletClient, xyz_m: tuple[float, float, float], yaw_rad: float, *, visible: bool) -> int:
     """Load the robot with its base fixed; without its visual meshes it takes a tenth of the time."""
     flags = 0 if visible else client.URDF_IGNORE_VISUAL_SHAPES
     with quiet_stdout():

@@ -7,7 +7,6 @@ import math
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 from llmbt_ir.geometry import Vec3
 from llmbt_ir.scene import COLOURS, Body, Scene
-
 from llmbt_runtime.bullet.client import BulletClient
 
 __all__ = ["GROUND", "add_bodies", "add_fixtures", "mark_slots", "parking_spot"]
@@ -45,9 +44,7 @@ def visual_of(client: BulletClient, shape: str, size: Vec3, colour: str) -> int:
     if shape == "sphere":
         return int(client.createVisualShape(client.GEOM_SPHERE, radius=size[0] / 2, rgbaColor=rgba))
     if shape == "cylinder":
-        return int(
-            client.createVisualShape(client.GEOM_CYLINDER, radius=size[0] / 2, length=size[2], rgbaColor=rgba)
-        )
+        return int(client.createVisualShape(client.GEOM_CYLINDER, radius=size[0] / 2, length=size[2], rgbaColor=rgba))
     half = (size[0] / 2, size[1] / 2, size[2] / 2)
     return int(client.createVisualShape(client.GEOM_BOX, halfExtents=half, rgbaColor=rgba))
 

@@ -1,6 +1,6 @@
 """The skills of the arm: generators that are resumed once a tick, after the physics, with what was sensed in it.
 
-A skill ends by returning, or by raising SkillFailed with a reason. It may be closed between any two ticks outside a
+A skill ends by returning, or by raising SkillError with a reason. It may be closed between any two ticks outside a
 contact phase; the arm then brakes on its path. Every skill starts from wherever the arm is.
 
 Reasons: not_holding, not_approachable, moved_since_seen, missed, not_lifted, ik_unreachable, tracking_error,
@@ -15,9 +15,9 @@ from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.scene import Scene, ScenePlace
-
 from llmbt_runtime.bullet.approach import FINGER_BELOW_TIP_M, Approach, Carried, Grasp, Verdict
 from llmbt_runtime.bullet.bench import Bench
 from llmbt_runtime.bullet.bodies import BodyState
@@ -26,7 +26,7 @@ from llmbt_runtime.bullet.motion import plan_line
 from llmbt_runtime.bullet.reporting import Reporter
 from llmbt_runtime.bullet.robot import MAX_OPENING_M
 
-__all__ = ["Skill", "SkillFailed", "Skills"]
+__all__ = ["Skill", "SkillError", "Skills"]
 
 Skill = Generator[None, None, None]
 
@@ -41,14 +41,14 @@ _CORRIDOR_M = 0.13
 _HEADROOM_M = 0.04
 _LET_GO_ABOVE_M = 0.0015
 _CLOSE_TICKS = 9
-_SETTLE_TICKS = 6
+_SETTLE_TICKS = 15
 _WALL_GAP_M = 0.012
 _ASKEW = math.sin(math.radians(14))
 _REPLAN_M = 0.004
 _REPLANS = 4
 
 
-class SkillFailed(Exception):
+class SkillError(Exception):
     """A skill cannot go on. `blocker` is the body in the way, where there is one."""
 
     def __init__(self, reason: str, blocker: str | None = None) -> None:
@@ -58,8 +58,8 @@ class SkillFailed(Exception):
 
 @dataclass
 class Skills:
-    """What the skills act on. `facts` gives the settled facts of the last tick; `transferring` is the thing that is being
-    carried over, while it is."""
+    """What the skills act on. `facts` gives the settled facts of the last tick; `transferring` is the thing that is
+    being carried over, while it is."""
 
     scene: Scene
     bench: Bench
@@ -93,7 +93,7 @@ class Skills:
         """Take a thing from above; ends with it held, a little above where it was."""
         yield from self._arm_at_rest()
         if self.bench.sensed.held is not None:
-            raise SkillFailed("hand_not_empty", self.bench.sensed.held)
+            raise SkillError("hand_not_empty", self.bench.sensed.held)
         grasp = self._grasp(target)
         for _ in range(_REPLANS):
             self.bench.panda.grip(grasp.opening_m if self._hand_clear() else MAX_OPENING_M)
@@ -102,7 +102,7 @@ class Skills:
             if not _far(planned.tip, grasp.tip, _REPLAN_M):
                 break
         else:
-            raise SkillFailed("moved_since_seen")
+            raise SkillError("moved_since_seen")
         self.bench.panda.grip(grasp.opening_m)
         yield from self._down(grasp.tip, None)
         yield from self._close_and_lift(target, place, grasp)
@@ -116,7 +116,7 @@ class Skills:
         buffer = next((p.id for p in self.scene.places if p.buffer), None)
         if self.scene.place(place).is_slot and buffer is not None and self._askew(target):
             yield from self._put(target, buffer, for_=None)
-            raise SkillFailed("held_askew")
+            raise SkillError("held_askew")
         yield from self._put(target, place, for_=None)
 
     def transfer(self, target: str, place: str, region: str, for_: str | None = None) -> Skill:
@@ -133,7 +133,7 @@ class Skills:
         yield from self._up(0.10, _FINE_SPEED)
         yield from self._wait(1)
         if self.bench.sensed.touched:
-            raise SkillFailed("not_let_go", self.bench.sensed.touched[0][0])
+            raise SkillError("not_let_go", self.bench.sensed.touched[0][0])
         self.reporter.leave_contact()
 
     # ------------------------------------------------------------------ taking
@@ -142,7 +142,7 @@ class Skills:
         self._mirror()
         verdict = self.approach.grasp(target)
         if verdict.grasp is None:
-            raise SkillFailed("not_approachable", verdict.blocker)
+            raise SkillError("not_approachable", verdict.blocker)
         return verdict.grasp
 
     def _close_and_lift(self, target: str, place: str, grasp: Grasp) -> Skill:
@@ -155,14 +155,14 @@ class Skills:
                 break
         else:
             yield from self._give_up(grasp)
-            raise SkillFailed("missed")
+            raise SkillError("missed")
         away = self._off_the_wall(target, grasp.tip)
         yield from self._line(away, _FINE_SPEED, _FINE_ACCELERATION, checked=False)
         up = (*away[:2], grasp.tip[2] + _LIFT_M, away[3])
         yield from self._line(up, _FINE_SPEED, _FINE_ACCELERATION, checked=False)
         if bench.sensed.held != target or bench.panda.tracking_error() > TRACKING_LIMIT_RAD:
             yield from self._give_up(grasp)
-            raise SkillFailed("not_lifted")
+            raise SkillError("not_lifted")
         self.carried = self._carried(target, grasp.width_m)
         self.reporter.leave_contact()
 
@@ -220,7 +220,7 @@ class Skills:
 
     def _put(self, target: str, place: str, for_: str | None) -> Skill:
         if self.bench.sensed.held != target:
-            raise SkillFailed("not_holding", self.bench.sensed.held)
+            raise SkillError("not_holding", self.bench.sensed.held)
         carried = self.carried = self._carried(target, self.bench.panda.finger_gap())
         where = self.scene.place(place)
         (x, y), how = self._choose(carried, where, for_)
@@ -231,20 +231,18 @@ class Skills:
         yield from self._down(tip, target)
         yield from self._let_go(target, place, how)
 
-    def _choose(
-        self, carried: Carried, place: ScenePlace, for_: str | None
-    ) -> tuple[tuple[float, float], Grasp]:
+    def _choose(self, carried: Carried, place: ScenePlace, for_: str | None) -> tuple[tuple[float, float], Grasp]:
         """Where on a place the thing goes, and how."""
         self._mirror(without=carried.id)
         yaws = self._yaws(carried, place)
         if place.surface_m is None:
-            raise SkillFailed("no_surface")
+            raise SkillError("no_surface")
         if place.is_slot:
             x, y = place.surface_m[0], place.surface_m[1]
             return (x, y), self._allowed(self.approach.let_go(carried, x, y, place.surface_m[2], yaws))
         found = self.approach.spot(carried, place, yaws, avoid=for_)
         if found is None or found[1].grasp is None:
-            raise SkillFailed("no_free_buffer")
+            raise SkillError("no_free_buffer")
         return found[0], found[1].grasp
 
     def _still_free(self, carried: Carried, place: ScenePlace, x: float, y: float, how: Grasp) -> Grasp:
@@ -259,8 +257,8 @@ class Skills:
         if verdict.grasp is not None:
             return verdict.grasp
         if verdict.blocker is not None:
-            raise SkillFailed("spot_occupied", verdict.blocker)
-        raise SkillFailed("blocked" if verdict.reachable else "ik_unreachable")
+            raise SkillError("spot_occupied", verdict.blocker)
+        raise SkillError("blocked" if verdict.reachable else "ik_unreachable")
 
     def _yaws(self, carried: Carried, place: ScenePlace) -> list[float]:
         """Yaws of the fingers that put a thing down square to the place, along its edge first on a slot."""
@@ -291,9 +289,9 @@ class Skills:
         self.carried = None
         self.reporter.leave_contact()
         if bench.sensed.touched:
-            raise SkillFailed("not_let_go", bench.sensed.touched[0][0])
+            raise SkillError("not_let_go", bench.sensed.touched[0][0])
         if on not in self.facts():
-            raise SkillFailed("unstable_after_release")
+            raise SkillError("unstable_after_release")
 
     # ------------------------------------------------------------------ motion
 
@@ -327,21 +325,21 @@ class Skills:
             return
         plan = plan_line(panda.tip(), end, speed, acceleration)
         if plan is None:
-            raise SkillFailed("ik_unreachable")
+            raise SkillError("ik_unreachable")
         panda.follow(plan)
         while not panda.arrived:
             yield
             if carrying is not None and self.bench.sensed.held != carrying:
                 panda.brake()
-                raise SkillFailed("dropped_on_the_way")
+                raise SkillError("dropped_on_the_way")
             if panda.tracking_error() > _SILENT_BLOCK_RAD:
                 panda.brake()
-                raise SkillFailed("tracking_error")
+                raise SkillError("tracking_error")
             if until is not None and until != self.bench.surprises:
                 panda.brake()
                 return
         if checked and panda.tracking_error() > TRACKING_LIMIT_RAD:
-            raise SkillFailed("tracking_error")
+            raise SkillError("tracking_error")
 
     def _over(self, end: TipPose, carrying: str | None) -> Skill:
         """Up to a height at which nothing is in the way, and over to above `end`. Planned anew when a thing that was
@@ -362,17 +360,16 @@ class Skills:
             if seen == self.bench.surprises:
                 return
             yield from self._arm_at_rest()
-        raise SkillFailed("blocked")
+        raise SkillError("blocked")
 
     def _travel_height(self, start: TipPose, end: TipPose, carrying: str | None) -> float:
         """The height of the tip (base frame) at which to go from one point to another."""
         needed = self._height(start, end, carrying)
         for clearance in (_CLEARANCE_M, 0.012):
             height = max(start[2], end[2] + _HEADROOM_M, needed + clearance)
-            if solve_one((*start[:2], height, start[3])) is not None:
-                if solve_one((*end[:2], height, end[3])) is not None:
-                    return height
-        raise SkillFailed("ik_unreachable")
+            if all(solve_one((*p[:2], height, p[3])) is not None for p in (start, end)):
+                return height
+        raise SkillError("ik_unreachable")
 
     def _down(self, end: TipPose, carrying: str | None) -> Skill:
         """Straight down, the last centimetres slowly."""
@@ -411,7 +408,7 @@ class Skills:
     def _state(self, id_: str) -> BodyState:
         found = self.bench.sensed.states.get(id_)
         if found is None:
-            raise SkillFailed("unknown_object")
+            raise SkillError("unknown_object")
         return found
 
     def _mirror(self, without: str | None = None) -> None:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.geometry import Vec3
 from llmbt_ir.scene import Scene
-
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.bench import Bench
 from llmbt_runtime.bullet.camera import Snapshot
 from llmbt_runtime.bullet.conditions import Conditions, Reading
 from llmbt_runtime.bullet.disturbances import DisturbanceSpec, Disturber, Moment
 from llmbt_runtime.bullet.reporting import Reporter, post_of
-from llmbt_runtime.bullet.skills import Skill, SkillFailed, Skills
+from llmbt_runtime.bullet.skills import Skill, SkillError, Skills
 from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status
 
 __all__ = ["BulletWorld"]
@@ -34,9 +34,7 @@ class BulletWorld:
         self._approach = Approach(scene)
         self._conditions = Conditions(scene, self._approach, self._bench.kinds)
         self._reporter = Reporter(scene.with_containers)
-        self._skills = Skills(
-            scene, self._bench, self._approach, self._reporter, lambda: self._reading.settled
-        )
+        self._skills = Skills(scene, self._bench, self._approach, self._reporter, lambda: self._reading.settled)
         self._reading: Reading = self._conditions.read(self._bench.sensed)
         self._reporter.report(self._reading.settled)
         self._skill: Skill | None = None
@@ -109,7 +107,7 @@ class BulletWorld:
             next(self._skill)
         except StopIteration:
             self._outcome = ActionReport(Status.SUCCESS)
-        except SkillFailed as fault:
+        except SkillError as fault:
             self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
         if self._outcome is not None:
             self._skill = None

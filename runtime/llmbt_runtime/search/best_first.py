@@ -46,9 +46,9 @@ class Budget:
         self.spent += expansions
 
 
-def best_first(problem: Problem, budget: Budget, start: int | None = None) -> tuple[int, ...] | bool | None:
+def best_first(problem: Problem, budget: Budget) -> tuple[int, ...] | Verdict:
     """A plan, or why there is none."""
-    init = problem.init if start is None else start
+    init = problem.init
     goal, goal_ids = problem.goal, problem.goal_ids
     parent: dict[int, tuple[int, int]] = {init: (-1, -1)}
     closed: set[int] = set()

@@ -117,8 +117,10 @@ def landmarks_of(problem: Problem, mutexes: Mutexes) -> Landmarks:
     again = {b: _common(problem, problem.added_by[b]) for b in members}
     enable = dict.fromkeys(members, (0, 0, 0))
     spoils = dict.fromkeys(members, 0)
+    done = 0
     new = mask & ~problem.init
     while new:
+        done |= new
         for b in bits(new):
             if problem.init >> b & 1:
                 enable[b] = again[b]
@@ -133,7 +135,7 @@ def landmarks_of(problem: Problem, mutexes: Mutexes) -> Landmarks:
         new = 0
         for b in members:
             new |= spoils[b]
-        new &= problem.goal & problem.init & ~sum(1 << b for b in members if enable[b] != (0, 0, 0))
+        new &= problem.goal & problem.init & ~done
     before = {b: label[b] & mask & ~problem.init & ~(1 << b) for b in members}
     needs = {b: enable[b][0] & mask for b in members}
     return Landmarks(

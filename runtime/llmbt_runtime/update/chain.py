@@ -22,10 +22,12 @@ def regress(goals: tuple[Condition, ...], plan: tuple[GroundAction, ...]) -> tup
     return tuple(rows)
 
 
-def chain_tree(goals: tuple[Condition, ...], plan: tuple[GroundAction, ...]) -> Tree:
-    """Fallback(Sequence(G), Sequence(R_(n-1), a_n), ..., Sequence(R_0, a_1)): the row nearest the goal acts."""
+def chain_tree(goals: tuple[Condition, ...], plan: tuple[GroundAction, ...], first: int = 1) -> Tree:
+    """Fallback(Sequence(G), Sequence(R_(n-1), a_n), ..., Sequence(R_0, a_1)): the row nearest the goal acts.
+
+    The goals are `g<first>` and on: the ids that they have in the initial tree."""
     rows = regress(goals, plan)
-    goal_leaves = [Node(f"g{i}", Kind.CONDITION, condition=c) for i, c in enumerate(rows[-1], 1)]
+    goal_leaves = [Node(f"g{i}", Kind.CONDITION, condition=c) for i, c in enumerate(rows[-1], first)]
     top = Node("root", Kind.SEQUENCE, tuple(n.id for n in goal_leaves))
     nodes = [top, *goal_leaves]
     branches = [top.id]

@@ -31,6 +31,14 @@ class Step:
     before: str = ""
     reason: str = ""
 
+    def told(self) -> str:
+        """The edit in one line."""
+        if self.kind == "move":
+            return f"moved up: {self.reason}"
+        if self.kind in ("expand", "re-expand"):
+            return f"{self.condition} <- {self.action}"
+        return f"{self.kind}: {self.reason}"
+
 
 @dataclass(frozen=True, slots=True)
 class Repair:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from llmbt_atl.state import Domain, GroundAction
-from llmbt_ir.condition import ActionCall, Condition, Facts, Goals
+from llmbt_ir.condition import ActionCall, Facts, Goals
 from llmbt_ir.tree import Tree, goal_tree
 from llmbt_runtime.search import OutOfBudget, Plan, Unsolvable, h_add, search
 from llmbt_runtime.update.chain import chain_tree
@@ -94,14 +94,14 @@ def _planned(
 ) -> Grown:
     """The most readable certified tree that a plan leads to."""
     prefer = frozenset(a.call for a in plan)
-    ordered = (*goals[:k], _by_plan(goals[k], plan), *goals[k + 1 :])
+
     anew = (_note("goals", plan, "grown anew from the goals, in the order in which a plan reaches them"),)
-    for start, steps in ((tree, prelude), (goal_tree(ordered), anew)):
+    for start, steps in ((tree, prelude), (_by_plan(goals, k, plan), anew)):
         within = _branch(start, goals, k)
         guided = imagine(start, domain, facts, goals, excluded=excluded, prefer=prefer, within=within)
         if guided is not None and len(guided.certificate.actions) <= len(plan):
             return Grown(guided.tree, guided.certificate, steps + guided.steps, calls, spent)
-    chain = chain_tree(goals[k], plan)
+    chain = chain_tree(goals[k], plan, 1 + sum(len(set(g)) for g in goals[:k]))
     certificate = rollout(chain, domain, facts, goals, excluded=excluded)
     if not isinstance(certificate, Certificate):
         raise AssertionError(f"a regressed plan does not certify: {certificate.kind}")  # noqa: TRY004 - our own bug
@@ -193,13 +193,18 @@ def _branch(tree: Tree, goals: Goals, k: int) -> str | None:
     return name if len(goals) > 1 and name in tree.nodes else None
 
 
-def _by_plan(goals: tuple[Condition, ...], plan: tuple[GroundAction, ...]) -> tuple[Condition, ...]:
-    """The goals in the order in which the plan last brings them about."""
+def _by_plan(goals: Goals, k: int, plan: tuple[GroundAction, ...]) -> Tree:
+    """The initial tree with an alternative's goals in the order in which the plan last brings them about.
 
-    def last(goal: Condition) -> int:
-        return max((i for i, a in enumerate(plan) if a.achieves(goal)), default=-1)
+    Each goal keeps its id."""
+    tree = goal_tree(goals)
+    top = tree[_branch(tree, goals, k) or tree.root]
 
-    return tuple(sorted(goals, key=last))
+    def last(id_: str) -> int:
+        goal = tree[id_].condition
+        return max((i for i, a in enumerate(plan) if goal is not None and a.achieves(goal)), default=-1)
+
+    return tree.with_nodes(replace(top, children=tuple(sorted(top.children, key=last))))
 
 
 def _note(kind: str, plan: tuple[GroundAction, ...], why: str) -> Step:
