@@ -253,6 +253,18 @@ def parse_scene(data: bytes, source: str = "scene.xml") -> Scene:
     return _Reader(root, source).scene()
 
 
+_BODY = ("id", "colour", "shape", "size_m")
+_REQUIRED: Mapping[str, tuple[str, ...]] = {
+    "Scene": ("name", "library"),
+    "Robot": ("model", "xyz_m"),
+    "Fixture": ("id", "xyz_m", "size_m"),
+    "Place": ("id", "type"),
+    "Object": _BODY,
+    "Obstacle": _BODY,
+    "Camera": ("id", "eye_m", "target_m"),
+}
+
+
 class _Reader:
     """Collects every fault of a document before it raises."""
 
@@ -264,8 +276,18 @@ class _Reader:
     def fault(self, code: str, title: str, line: int, help_: str = "", candidates: tuple[str, ...] = ()) -> None:
         self.faults.append(Diagnostic(code, title, Span(self.source, line), help=help_, candidates=candidates))
 
+    def check_required(self) -> None:
+        """What every element must have, which the schema leaves to us for the sake of the line numbers."""
+        for node in self.root.iter(*_REQUIRED):
+            for name in _REQUIRED[str(node.tag)]:
+                if node.get(name) is None:
+                    self.fault("E006", f"<{node.tag}> lacks the attribute `{name}`", int(node.sourceline or 0))
+        if self.faults:
+            raise LlmbtError(*self.faults)
+
     def scene(self) -> Scene:
         root = self.root
+        self.check_required()
         robot = root.find("Robot")
         assert robot is not None  # the schema wants it
         fixtures = tuple(self.fixture(n) for n in root.iterfind("Fixtures/Fixture"))

@@ -38,7 +38,7 @@ def test_agrees_with_the_model_of_the_robot() -> None:
 
 
 def test_a_line_starts_and_ends_at_rest_and_keeps_to_its_height() -> None:
-    start, end = (0.4, 0.1, 0.3, 1.5), (0.2, 0.5, 0.3, 0.4)
+    start, end = (0.4, 0.1, 0.3, 1.5), (0.2, 0.5, 0.3, 2.4)
     plan = plan_line(start, end, 1.5, 5.0)
     assert plan is not None
     assert np.abs(plan.dq).max() < 1.6
@@ -53,7 +53,7 @@ def test_out_of_reach_is_no_plan() -> None:
 
 
 def test_braking_stays_on_the_path_and_stops() -> None:
-    plan = plan_line((0.4, 0.1, 0.3, 1.5), (0.2, 0.5, 0.3, 0.4), 1.5, 5.0)
+    plan = plan_line((0.4, 0.1, 0.3, 1.5), (0.2, 0.5, 0.3, 2.4), 1.5, 5.0)
     assert plan is not None
     stop = brake(plan, len(plan.q) // 2)
     assert not stop.dq[-1].any()

@@ -122,6 +122,9 @@ def test_too_wide_for_the_gripper() -> None:
         (r'size_m="0.045 0.045 0.045"', 'size_m="0.045 0.045"', "E006"),
         (r'size_m="0.045 0.045 0.045"', 'size_m="0.045 -1 0.045"', "E006"),
         (r'xyz_m="0 0 0.4"', 'xyz_m="0 0 NaN"', "E006"),
+        (r' shape="cube"', "", "E006"),
+        (r'id="object_3"', 'id="object 3"', "E006"),
+        (r'type="slot"', 'type="slot" colour="red"', "E006"),
     ],
 )
 def test_malformed_documents(pattern: str, replacement: str, code: str) -> None:

@@ -46,6 +46,7 @@ RULES: Mapping[str, str] = {
     "T207": "a tree that is never used",
     "T208": "a brace that makes no blackboard entry",
     "T209": "a node type that no TreeNodesModel declares",
+    "T210": "several trees, and none is named to be executed",
     "T211": "an input without a value and without a default",
     "T212": "an attribute with a namespace",
     "T214": "a misspelt pre- or post-condition, which is ignored",

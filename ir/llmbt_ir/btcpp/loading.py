@@ -41,9 +41,6 @@ def _file(file: File) -> None:
     elif wanted and wanted not in ids and not d.named(d.root, "include"):
         title = f"main_tree_to_execute names `{wanted}`, and no <BehaviorTree> has that ID"
         file.say("T120", title, d.root, attribute="main_tree_to_execute", near=(wanted, filter(None, ids)))
-    elif not wanted and len(ids) > 1:
-        hint = f'write main_tree_to_execute="{ids[0]}"'
-        file.say("T120", f"{len(ids)} trees, and main_tree_to_execute does not say which to run", d.root, hint)
 
 
 def _models(file: File) -> None:

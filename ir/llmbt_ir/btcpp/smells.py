@@ -23,6 +23,9 @@ def check_smells(file: File) -> None:
     d = file.document
     if d[d.root].get("BTCPP_format") != "4":
         file.say("T201", "the file does not say that it is for version 4", d.root, 'write <root BTCPP_format="4" ...>')
+    if not d[d.root].get("main_tree_to_execute") and len(d.trees) > 1:
+        hint = f'write main_tree_to_execute="{d[d.trees[0]].get("ID")}"'
+        file.say("T210", f"{len(d.trees)} trees, and main_tree_to_execute does not say which to run", d.root, hint)
     _undeclared(file)
     _unused(file)
     _memory(file)

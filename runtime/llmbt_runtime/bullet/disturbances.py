@@ -25,13 +25,12 @@ from llmbt_runtime.world import Disturbed
 
 __all__ = ["DISTURBANCES", "DisturbanceSpec", "Disturber", "Moment"]
 
-DEBUG=1
 _T = TypeVar("_T")
 
 DISTURBANCES = ("drop", "obstacle_at_pick", "obstacle_at_place", "placed_object_moved")
 _HAND_AWAY_M = 0.20
 _BESIDE_M = 0.004
-_DROP_AT, _DROP_PATIENCE = (0.22, 0.50), 0.20
+_DROP_AT, _DROP_PATIENCE = (0.12, 0.32), 0.20
 """Parts of the way over: from one drawn in the first range on; later by the second, wherever it falls."""
 _DROP_ROOM_M = 0.035
 _DROP_OFF_GOAL_M = 0.09
@@ -204,9 +203,9 @@ class Disturber:
         wanted = [self.scene.place(g.args[1]).surface_m for g in mine]
         if any(w is not None and math.hypot(x - w[0], y - w[1]) < _DROP_OFF_GOAL_M for w in wanted):
             return False
-        anywhere = now.transfer >= due.drop_at + _DROP_PATIENCE
-        if DEBUG: print(self._carries, due, now.transfer, (x,y), wanted, self._room_at(now.held,x,y))
-        if now.transfer < due.drop_at or not (anywhere or self._room_at(now.held, x, y)):
+        drop_at = due.drop_at if self._carries == due.occurrence else _DROP_AT[0]  # overdue: as soon as may be
+        anywhere = now.transfer >= drop_at + _DROP_PATIENCE
+        if now.transfer < drop_at or not (anywhere or self._room_at(now.held, x, y)):
             return False
         due.about, due.key = now.held, Condition("Holding", (now.held,))
         self.bench.slip()
