@@ -108,9 +108,10 @@ def compile_request(
         value = values[before.name] = before.read(stored(before.artifact), before.artifact)
     for stage in STAGES[first : last + 1]:
         value = values[stage.name] = stage.run(value, context)
-        if stage.name != "build":
-            keep(stage.artifact, stage.write(value, context))
-        observe(stage, value)
+        if not isinstance(value, ParseResult) or value.ok:
+            observe(stage, value)
+            if stage.name != "build":
+                keep(stage.artifact, stage.write(value, context))
         _refuse(stage, value)
     return Compiled(values)
 

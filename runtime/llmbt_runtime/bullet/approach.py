@@ -81,7 +81,10 @@ class Grasp:
 
 @dataclass(frozen=True, slots=True)
 class Carried:
-    """How a held thing sits in the hand: its centre seen from the tip, in the hand's yaw frame, and its turn."""
+    """How a held thing sits in the hand: its centre seen from the tip, in the hand's yaw frame, and its turn.
+
+    A tilted one will fall over when it is let go.
+    """
 
     id: str
     along_m: float
@@ -90,6 +93,7 @@ class Carried:
     bottom_below_tip_m: float
     turn_rad: float
     width_m: float
+    tilted: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,7 +333,10 @@ class Approach:
         `avoid` is a body that must be clear afterwards, the one for whose sake the thing is moved.
         """
         body = self._kinds[carried.id]
-        half = math.hypot(body.size_m[0], body.size_m[1]) / 2 if _turned(yaws) else max(body.size_m[:2]) / 2
+        if carried.tilted:
+            half = math.hypot(*body.size_m) / 2
+        else:
+            half = math.hypot(*body.size_m[:2]) / 2 if _turned(yaws) else max(body.size_m[:2]) / 2
         surface = place.surface_m
         if surface is None:
             return None

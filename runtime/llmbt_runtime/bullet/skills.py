@@ -192,12 +192,19 @@ class Skills:
         """Whether the held thing is tilted, or its faces are not square to the fingers."""
         if self.bench.sensed.held != target:
             return False
-        state, kind = self._state(target), self.bench.kinds[target]
-        if kind.shape == "sphere":
-            return False
-        up = abs(state.axes[2][2]) if kind.shape == "cylinder" else max(abs(u) for u in state.axes[2])
-        turn = 0.0 if kind.shape == "cylinder" else self._carried(target, 0.0).turn_rad
-        return up < math.sqrt(1 - _ASKEW**2) or abs(math.sin(turn)) > _ASKEW
+        carried = self._carried(target, 0.0)
+        round_ = self.bench.kinds[target].shape in ("cylinder", "sphere")
+        return carried.tilted or (not round_ and abs(math.sin(carried.turn_rad)) > _ASKEW)
+
+    def _tilted(self, target: str, state: BodyState) -> bool:
+        match self.bench.kinds[target].shape:
+            case "sphere":
+                return False
+            case "cylinder":
+                up = abs(state.axes[2][2])
+            case _:
+                up = max(abs(u) for u in state.axes[2])
+        return up < math.sqrt(1 - _ASKEW**2)
 
     def _carried(self, target: str, width_m: float) -> Carried:
         """How the held thing sits in the hand, as measured."""
@@ -214,6 +221,7 @@ class Skills:
             bottom_below_tip_m=tz - state.extent.bottom_m,
             turn_rad=math.remainder(turn, math.pi / 2),
             width_m=width_m,
+            tilted=self._tilted(target, state),
         )
 
     # ------------------------------------------------------------------ putting down
