@@ -137,7 +137,7 @@ def _merged(first: Table[C], second: Table[C], edit: Diff[C]) -> dict[str, tuple
 
 
 def _touched(root: str, children: Mapping[str, tuple[str, ...]], marks: Mapping[str, object]) -> set[str]:
-    """The marked nodes and all above them."""
+    """The marked nodes, all above them, and what those begin with where it is a leaf: it tells which branch it is."""
     order: list[str] = []
     stack = [root]
     while stack:
@@ -148,7 +148,8 @@ def _touched(root: str, children: Mapping[str, tuple[str, ...]], marks: Mapping[
     for id_ in reversed(order):
         if id_ in marks or any(c in found for c in children[id_]):
             found.add(id_)
-    return found
+    firsts = {children[i][0] for i in found if children[i]}
+    return found | {i for i in firsts if not children[i]}
 
 
 def _folded(id_: str, children: Mapping[str, tuple[str, ...]], shown: set[str]) -> tuple[str, ...]:

@@ -27,6 +27,14 @@ class Shape(StrEnum):
     SUBTREE = "subtree"
 
 
+BRACKETS = {
+    Shape.CONDITION: ("(", ")"),
+    Shape.ACTION: ("[", "]"),
+    Shape.DECORATOR: ("<", ">"),
+    Shape.SUBTREE: ("{", "}"),
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Box:
     """One node: `text` is the paper's symbol or the leaf's call; `status` is empty where it was not ticked."""
@@ -39,8 +47,7 @@ class Box:
 
     def mark(self) -> str:
         """As a line of text shows it: ?, ->, (condition), [action], <decorator>, {subtree}."""
-        brackets = {Shape.CONDITION: "()", Shape.ACTION: "[]", Shape.DECORATOR: "<>", Shape.SUBTREE: "{}"}
-        left, right = brackets.get(self.shape, ("", ""))
+        left, right = BRACKETS.get(self.shape, ("", ""))
         return f"{left}{self.text}{right}"
 
 

@@ -278,10 +278,11 @@ class _Reader:
 
     def check_required(self) -> None:
         """What every element must have, which the schema leaves to us for the sake of the line numbers."""
-        for node in self.root.iter(*_REQUIRED):
-            for name in _REQUIRED[str(node.tag)]:
+        nodes: list[Element] = [self.root, *self.root.iterfind(".//*")]
+        for node in nodes:
+            for name in _REQUIRED.get(str(node.tag), ()):
                 if node.get(name) is None:
-                    self.fault("E006", f"<{node.tag}> lacks the attribute `{name}`", int(node.sourceline or 0))
+                    self.fault("E006", f"<{node.tag}> lacks the attribute `{name}`", line_of(node))
         if self.faults:
             raise LlmbtError(*self.faults)
 

@@ -229,19 +229,19 @@ class _Run:
                 self.install(found, facts)
             return None
         # the tree does not serve: stop, and let things come to rest before anything is concluded
+        asked = facts, frozenset(self.excluded)
         self.stop("the tree no longer leads to the goals")
         facts = self.calm()
         if satisfied(self.goals, facts):
             self.accept(facts)
             return None
-        found = self.updated(facts)
+        if (facts, frozenset(self.excluded)) != asked:
+            found = self.updated(facts)
         if found is None:
             return None
         if isinstance(found, Grown):
             self.install(found, facts)
             return None
-        self.expansions += found.expansions
-        self.planner_calls += 1
         if isinstance(found, OutOfBudget):
             return self.end(Outcome.BUDGET, f"no plan within {self.settings.budget} expansions")
         if self.excluded:
@@ -257,8 +257,6 @@ class _Run:
 
     def install(self, found: Grown, facts: Facts) -> None:
         """Keep a certified tree as a version, then let it act."""
-        self.planner_calls += found.planner_calls
-        self.expansions += found.expansions
         first = self.updates == 0 and not self.expected
         began, ended = (frozenset(), frozenset()) if first else (facts - self.expected, self.expected - facts)
         cause = "the goals do not hold yet" if first else self.cause(began, ended)
@@ -297,6 +295,8 @@ class _Run:
             budget=max(0, self.settings.budget - self.expansions),
         )
         if isinstance(found, (Grown, Unsolvable, OutOfBudget)):
+            self.planner_calls += found.planner_calls if isinstance(found, Grown) else len(self.goals)
+            self.expansions += found.expansions
             return found
         self.accept(facts)
         return None

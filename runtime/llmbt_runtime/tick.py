@@ -37,8 +37,12 @@ class TickRecord:
         return tuple(id_ for id_, status in reversed(self.trace) if status is NodeStatus.FAILURE)
 
 
-def tick(tree: Tree, facts: Facts, reports: Mapping[str, NodeStatus] | None = None) -> TickRecord:
+def tick(
+    tree: Tree, facts: Facts, reports: Mapping[str, NodeStatus] | None = None, *, ending: Facts = frozenset()
+) -> TickRecord:
     """Tick a tree once.
+
+    Of the facts in `ending` nothing is known: neither they nor their negations hold.
 
     `reports` holds what an action node returns; an action that is reached and has no report is one to be started, and
     returns RUNNING. At most one action returns RUNNING, since both composites stop at the first child that does.
@@ -52,7 +56,8 @@ def tick(tree: Tree, facts: Facts, reports: Mapping[str, NodeStatus] | None = No
         id_, at = stack.pop()
         node = tree.nodes[id_]
         if node.condition is not None:
-            returned = NodeStatus.SUCCESS if holds(node.condition, facts) else NodeStatus.FAILURE
+            known = node.condition.fact not in ending
+            returned = NodeStatus.SUCCESS if known and holds(node.condition, facts) else NodeStatus.FAILURE
         elif node.action is not None:
             returned = reports.get(id_, NodeStatus.RUNNING)
             if returned is NodeStatus.RUNNING:

@@ -87,9 +87,9 @@ def test_every_fault_at_once() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "needle"),
     [
-        ('on="sorting_area" offset_m="0.14 -0.07"', 'on="sorting_area" offset_m="0.02 -0.07"', "object_2"),
-        ('on="sorting_area" offset_m="0.14 -0.07"', 'xyz_m="0.44 0.06 0.46"', "step_1"),
-        ('on="sorting_area" offset_m="0.14 -0.07"', 'xyz_m="0.05 0.05 0.45"', "the robot"),
+        ('on="sorting_area" offset_m="0.17 -0.07"', 'on="sorting_area" offset_m="0.05 -0.07"', "object_2"),
+        ('on="sorting_area" offset_m="0.17 -0.07"', 'xyz_m="0.44 0.06 0.46"', "step_1"),
+        ('on="sorting_area" offset_m="0.17 -0.07"', 'xyz_m="0.05 0.05 0.45"', "the robot"),
     ],
 )
 def test_overlaps_at_the_start(old: str, new: str, needle: str) -> None:
@@ -99,7 +99,7 @@ def test_overlaps_at_the_start(old: str, new: str, needle: str) -> None:
 
 
 def test_turned_neighbours_do_not_overlap() -> None:
-    changed = text().replace('offset_m="0.01 -0.07"', 'offset_m="0.19 -0.02" yaw_rad="0.7854"')
+    changed = text().replace('offset_m="0.04 -0.07"', 'offset_m="0.22 -0.02" yaw_rad="0.7854"')
     assert isinstance(parse_scene(changed.encode()), Scene)
 
 
@@ -133,7 +133,7 @@ def test_malformed_documents(pattern: str, replacement: str, code: str) -> None:
 
 def test_an_object_stands_somewhere_and_only_there() -> None:
     for where in ("", 'xyz_m="0.1 0.4 0.4225" on="sorting_area"'):
-        assert faults(text().replace('on="sorting_area" offset_m="0.14 -0.07"', where))[0].code == "E046"
+        assert faults(text().replace('on="sorting_area" offset_m="0.17 -0.07"', where))[0].code == "E046"
 
 
 def test_a_missing_file_is_a_diagnostic() -> None:

@@ -39,7 +39,7 @@ _FIRST_MOVING_LINK = 2
 _TILT_LIMIT = math.sin(math.radians(40))
 _FAR: Vec3 = (90.0, 90.0, 0.0)
 _SPOT_STEP_M = 0.02
-_SPOT_GAP_M = 0.055
+_SPOT_GAP_M, _SPOT_GAP_TILTED_M = 0.055, 0.025
 _SPOT_FIXTURE_GAP_M = 0.09
 _SPOT_TRIES = 16
 _MIN_REACH_M, _MAX_REACH_M = 0.30, 0.74
@@ -297,7 +297,9 @@ class Approach:
 
     # ------------------------------------------------------------------ free spots
 
-    def spots(self, place: ScenePlace, half_m: float, keep_off: Iterable[Extent]) -> list[tuple[float, float]]:
+    def spots(
+        self, place: ScenePlace, half_m: float, keep_off: Iterable[Extent], gap_m: float = _SPOT_GAP_M
+    ) -> list[tuple[float, float]]:
         """Where in a region a thing of half-width `half_m` would lie apart from everything, the roomiest first."""
         if place.surface_m is None:
             return []
@@ -320,7 +322,7 @@ class Approach:
         for e in keep_off:
             gap = np.maximum(np.abs(gx - e.centre[0]) - e.half[0], np.abs(gy - e.centre[1]) - e.half[1])
             room = np.minimum(room, gap - half_m)
-        ok &= room >= _SPOT_GAP_M
+        ok &= room >= gap_m
         index = np.flatnonzero(ok)
         order = np.lexsort((gy[index], gx[index], np.round(away[index], 3), -np.round(room[index], 3)))
         return [(float(gx[i]), float(gy[i])) for i in index[order]]
@@ -332,16 +334,17 @@ class Approach:
 
         `avoid` is a body that must be clear afterwards, the one for whose sake the thing is moved.
         """
-        body = self._kinds[carried.id]
-        if carried.tilted:
-            half = math.hypot(*body.size_m) / 2
-        else:
-            half = math.hypot(*body.size_m[:2]) / 2 if _turned(yaws) else max(body.size_m[:2]) / 2
-        surface = place.surface_m
+        body, surface = self._kinds[carried.id], place.surface_m
         if surface is None:
             return None
+        keep_off = [s.extent for s in self._here.values()]
+        half = math.hypot(*body.size_m[:2]) / 2 if _turned(yaws) else max(body.size_m[:2]) / 2
+        spots = self.spots(place, half, keep_off)
+        if carried.tilted:  # room to fall over, where there is any
+            wide = self.spots(place, math.hypot(*body.size_m) / 2, keep_off, _SPOT_GAP_TILTED_M)
+            spots = wide or spots
         before = {id_: self.grasp(id_) for id_ in sorted(self._here)}
-        for x, y in self.spots(place, half, [s.extent for s in self._here.values()])[:_SPOT_TRIES]:
+        for x, y in spots[:_SPOT_TRIES]:
             verdict = self.let_go(carried, x, y, surface[2], yaws)
             if verdict.grasp is None:
                 continue

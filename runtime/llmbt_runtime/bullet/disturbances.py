@@ -28,7 +28,7 @@ __all__ = ["DISTURBANCES", "DisturbanceSpec", "Disturber", "Moment"]
 _T = TypeVar("_T")
 
 DISTURBANCES = ("drop", "obstacle_at_pick", "obstacle_at_place", "placed_object_moved")
-_HAND_AWAY_M = 0.20
+_HAND_AWAY_M, _LAST_CHANCE_M = 0.20, 0.32
 _BESIDE_M = 0.004
 _DROP_AT, _DROP_PATIENCE = (0.12, 0.32), 0.20
 """Parts of the way over: from one drawn in the first range on; later by the second, wherever it falls."""
@@ -233,11 +233,13 @@ class Disturber:
 
     def _obstacle_at_place(self, due: _Pending, now: Moment) -> bool:
         """Onto the slot that the held thing is to go to."""
-        if self._carries < due.occurrence or now.held is None or self._carried_ticks < due.delay:
+        if self._carries < due.occurrence or now.held is None:
             return False
         for slot in self._destinations(due, now):
             free = Condition("Free", (slot.id,))
             if free not in now.facts or slot.surface_m is None or not self._hand_away(slot.surface_m):
+                continue
+            if self._carried_ticks < due.delay and self._hand_away(slot.surface_m, _LAST_CHANCE_M):
                 continue
             for body in sorted(self._parked(), key=lambda b: (b.size_m[2], b.id)):
                 x, y, z = slot.surface_m
@@ -328,9 +330,9 @@ class Disturber:
     def _parked(self) -> list[Body]:
         return [b for b in self.scene.obstacles if b.id not in self.bench.in_play]
 
-    def _hand_away(self, xyz: Vec3) -> bool:
+    def _hand_away(self, xyz: Vec3, metres: float = _HAND_AWAY_M) -> bool:
         tip = self.bench.tip_xyz()
-        return math.hypot(tip[0] - xyz[0], tip[1] - xyz[1]) > _HAND_AWAY_M
+        return math.hypot(tip[0] - xyz[0], tip[1] - xyz[1]) > metres
 
     def _can_stand(self, body: Body, state: BodyState, blocks: tuple[str, ...]) -> bool:
         """Whether a body fits at a pose, can be taken from there, and then blocks just the bodies it is meant to."""

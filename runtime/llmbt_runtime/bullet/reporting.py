@@ -16,6 +16,8 @@ __all__ = ["Reporter", "post_of"]
 
 _HAND = frozenset({"HandEmpty", "Holding", "Touching"})
 _APPROACH = frozenset({"Clear", "Blocks"})
+_CARRYING = frozenset({"move_aside", "clear_away", "recover"})
+"""Actions that pick and place in one: that the thing is held meanwhile is theirs alone."""
 
 
 def post_of(action: ActionCall) -> tuple[Condition, ...]:
@@ -67,6 +69,8 @@ class Reporter:
                 wanted.update(Condition("On", (c.args[0], p)) for p in self.containers(c.args[1]))
             else:
                 wanted.add(c)
+        if action.name in _CARRYING:
+            wanted.add(Condition("Holding", (action.args[0],)))
         self._withheld = frozenset(wanted - self.last)
         self._at_start = self.last
 

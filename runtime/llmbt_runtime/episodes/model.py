@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from llmbt_atl.library import Library
 from llmbt_atl.state import Domain
-from llmbt_atl.template import ConditionType, Param, Pattern
+from llmbt_atl.template import ConditionType
 from llmbt_ir.condition import Condition, Facts, Goals
 from llmbt_runtime.symbolic import Event, SymbolicWorld
 
@@ -75,13 +74,3 @@ def pick_some(rng: np.random.Generator, items: list[str], low: int, high: int) -
     """Between `low` and `high` different items, in a random order."""
     n = min(len(items), int(rng.integers(low, high + 1)))
     return [items[i] for i in rng.permutation(len(items))[:n]]
-
-
-def library(
-    name: str, types: dict[str, str | None], conditions: list[ConditionType], rest: Library | None = None
-) -> Library:
-    """A library of conditions only; templates are added by `replace`."""
-    return Library(name, types, {c.name: c for c in conditions}, (), {})
-
-
-_ = (Param, Pattern)

@@ -152,7 +152,7 @@ def label(domain: Domain, facts: Facts, goals: Goals, events: Iterable[Event], c
             (op, then, space.meanwhile(state, op) if space.events else {then}) for op, then in space.steps(state)
         ]
         after[state] = steps
-        found = {end for _, _, ends in steps for end in ends} | {then for then, _ in space.fired(state)}
+        found = {end for _, then, ends in steps for end in (then, *ends)} | {then for then, _ in space.fired(state)}
         for then in sorted(found):
             if then not in before:
                 before[then] = []

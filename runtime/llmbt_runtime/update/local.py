@@ -107,12 +107,19 @@ def repair(
     return further and Repair(further.tree, further.step, moved)
 
 
-def drop_excluded(tree: Tree, stuck: Stuck) -> tuple[Tree, Step]:
-    """Take out the achiever whose action is excluded; the action is the one the rollout wanted to run."""
+def drop_excluded(tree: Tree, stuck: Stuck) -> tuple[Tree, Step] | None:
+    """Take out the achiever whose action is excluded; the action is the one the rollout wanted to run.
+
+    None where it is no achiever of a condition, as in a tree that somebody else made.
+    """
     assert stuck.record.action is not None
-    branch = tree.parents[stuck.record.action]
-    fallback = tree[tree.parents[branch]]
-    head = tree.head(fallback.id)
+    branch = tree.parents.get(stuck.record.action)
+    fallback = tree.parents.get(branch) if branch is not None else None
+    if branch is None or fallback is None or tree[fallback].kind is not Kind.FALLBACK:
+        return None
+    if tree[fallback].children[0] == branch or tree[branch].kind is not Kind.SEQUENCE:
+        return None
+    head = tree.head(fallback)
     call = tree[stuck.record.action].action
     step = Step(
         "remove",

@@ -131,7 +131,10 @@ def imagine(
             state = facts
             continue
         if outcome.kind is StuckKind.EXCLUDED:
-            tree, step = drop_excluded(tree, outcome)
+            dropped = drop_excluded(tree, outcome)
+            if dropped is None:
+                return None
+            tree, step = dropped
         elif outcome.kind is StuckKind.FAILED:
             costs = h_add(domain, outcome.facts, excluded=excluded)
             mended = repair(tree, outcome, domain, costs, excluded=excluded, moved=moved, prefer=prefer, within=within)

@@ -58,11 +58,10 @@ def perceived(observed: Facts, action: GroundAction | None) -> Facts:
     return (observed | kept) - dropped
 
 
-def underway(action: GroundAction, facts: Facts) -> Facts:
-    """The perceived state while an action runs: what it deletes is gone but for its own preconditions, and what it
-    adds is not yet there."""
-    pre = {c for c in action.pre if not c.negated}
-    return facts - (action.deletes - pre)
+def ending(action: GroundAction, facts: Facts) -> Facts:
+    """What of a state may end at any moment while an action runs, so that neither it nor its negation can be relied
+    on: what it deletes but for its own preconditions. What it adds is not yet there."""
+    return (action.deletes & facts) - {c for c in action.pre if not c.negated}
 
 
 def rollout(
@@ -97,7 +96,7 @@ def rollout(
             return Stuck(StuckKind.INAPPLICABLE, state, record, tuple(actions))
         if call in excluded:
             return Stuck(StuckKind.EXCLUDED, state, record, tuple(actions))
-        during = tick(tree, underway(action, state))
+        during = tick(tree, state, ending=ending(action, state))
         if during.action != record.action:
             return Stuck(StuckKind.UNSTABLE, state, record, tuple(actions))
         state = apply(action, state)

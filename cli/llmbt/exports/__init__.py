@@ -1,0 +1,1 @@
+"""Trees in the forms that other programs read: pictures, graphs, logs, and code to run them with."""
