@@ -11,6 +11,7 @@ from itertools import product
 from llmbt_atl.library import Library
 from llmbt_atl.template import ANY, Pattern, Template, Variable
 from llmbt_ir.condition import ActionCall, Condition, Facts, holds
+from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
 from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["Domain", "GroundAction", "applicable", "apply", "domain_of"]
@@ -343,8 +344,19 @@ def _natural(text: str) -> tuple[tuple[int, int, str], ...]:
 def domain_of(library: Library, semantic_map: SemanticMap) -> Domain:
     """The domain of a scene's map: its objects and places with their types, and how places contain places.
 
-    A place marked as a buffer has the library's type `buffer` where there is one below its own type.
+    A place marked as a buffer has the library's type `buffer` where there is one below its own type. E036 where a thing
+    is of a type that the library does not declare.
     """
+    faults = []
+    for entry in (*semantic_map.places, *semantic_map.objects):
+        if entry.type not in library.types:
+            close = nearest(entry.type, library.types)
+            title = f"`{entry.id}` is of type `{entry.type}`, which library `{library.name}` does not declare"
+            hint = f"did you mean {', '.join(close)}?" if close else f"it declares {', '.join(library.types)}"
+            span = Span(semantic_map.source, entry.line)
+            faults.append(Diagnostic("E036", title, span, help=hint, candidates=close))
+    if faults:
+        raise LlmbtError(*faults)
     types: dict[str, str] = dict(library.constants)
     for place in semantic_map.places:
         buffer = place.buffer and "buffer" in library.types and library.is_a("buffer", place.type)

@@ -9,7 +9,7 @@ from typing import Any
 
 from llmbt.progress import Progress
 from llmbt_atl.library import load_library
-from llmbt_atl.state import domain_of
+from llmbt_atl.state import Domain, domain_of
 from llmbt_compiler.parsing import say
 from llmbt_compiler.pipeline import STAGES, Compiled, Context, compile_request
 from llmbt_compiler.reasoning.chat import Record, Replay, Settings, Transport
@@ -57,6 +57,7 @@ def compile_into(request: Request, folder: Path, progress: Progress) -> Compiled
     scene = load_scene(request.scene)
     semantic_map = scene_map(request.scene, request.map_file)
     library = load_library(scene.library, beside=Path(scene.source).parent)
+    domain = domain_of(library, semantic_map)
     context = Context(
         request.text,
         semantic_map,
@@ -79,7 +80,7 @@ def compile_into(request: Request, folder: Path, progress: Progress) -> Compiled
         progress.stage("note", f"step {note.step_number}: {note.text}")
     tree = compiled.values.get("build")
     if tree is not None:
-        _prove(compiled, context)
+        _prove(compiled, context, domain)
         record = {
             "parent": None,
             "request": request.text,
@@ -98,9 +99,8 @@ def compile_into(request: Request, folder: Path, progress: Progress) -> Compiled
     return compiled
 
 
-def _prove(compiled: Compiled, context: Context) -> None:
+def _prove(compiled: Compiled, context: Context, domain: Domain) -> None:
     """E341 (exit code 3) where the goals cannot be reached from the map's state by the library's templates."""
-    domain = domain_of(context.library, context.semantic_map)
     facts = facts_of_map(domain, context.semantic_map)
     goals = (tuple(dict.fromkeys(g.condition for g in compiled.goals)),)
     found = update(goal_tree(goals), domain.for_state(facts), facts, goals)

@@ -35,14 +35,15 @@ def drawing(tree: Tree, statuses: Mapping[str, str] | None = None, *, colour: bo
     return picture_drawing(picture_of_tree(tree, statuses), colour=colour)
 
 
-def picture_drawing(picture: Picture, *, colour: bool = False) -> str:
+def picture_drawing(picture: Picture, *, colour: bool = False, ids: bool = False) -> str:
     """One line a box, children below their parent."""
     known = any(b.status for b in picture.boxes.values())
     lines: list[str] = []
     for lead, id_ in _leads(picture.tops, lambda i: picture.boxes[i].children):
         box = picture.boxes[id_]
         code, mark = STATUS[box.status] if known else ("", "")
-        lines.append(paint(lead, FAINT, colour) + paint(safe(box.mark()) + mark, code, colour))
+        name = paint(f"   {safe(box.id)}", FAINT, colour) if ids else ""
+        lines.append(paint(lead, FAINT, colour) + paint(safe(box.mark()) + mark, code, colour) + name)
     return "\n".join(lines)
 
 

@@ -230,7 +230,7 @@ def _link(run: Run, stage: Stage, id_: str) -> tuple[Stage, Link, str | None]:
             return next_stage, Link(id_, label, role, first.name, step), above
     whole = next((s for s in first.steps if s.get("kind") in ("chain", "goals")), None)
     if first.tree[id_].condition is not None and _is_goal(run, first, id_):
-        return first, Link(id_, label, "a goal", run.stages[0].name), None
+        return first, Link(id_, label, "a goal of the request", run.stages[0].name), None
     if id_ == first.tree.root:
         return first, Link(id_, label, "the root, which holds the goals together", first.name, whole), None
     if whole is not None and whole.get("kind") == "chain":

@@ -97,6 +97,7 @@ class ScenePlace:
     buffer: bool = False
     surface_m: Vec3 | None = None
     size_m: Vec2 = (0.0, 0.0)
+    line: int = field(default=0, compare=False)
 
     @property
     def is_slot(self) -> bool:
@@ -200,11 +201,12 @@ def to_semantic_map(scene: Scene) -> SemanticMap:
             pose=o.pose,
             place=scene.most_specific(*o.pose.xyz_m[:2], o.pose.xyz_m[2] - o.size_m[2] / 2),
             type=o.type,
+            line=o.line,
         )
         for o in scene.objects
         if o.pose is not None
     )
-    places = tuple(MapPlace(p.id, p.name, p.type, p.parent, p.buffer) for p in scene.places)
+    places = tuple(MapPlace(p.id, p.name, p.type, p.parent, p.buffer, p.line) for p in scene.places)
     return SemanticMap(scene.name, scene.library, objects, places, scene.source)
 
 
@@ -352,6 +354,7 @@ class _Reader:
             buffer=node.get("buffer", "").strip() in ("true", "1"),
             surface_m=_triple(node.get("surface_m")) if node.get("surface_m") else None,
             size_m=(sx, sy),
+            line=line_of(node),
         )
 
     def camera(self, node: Element) -> Camera:

@@ -31,6 +31,7 @@ class MapObject:
     pose: Pose
     place: str | None = None
     type: str = "object"
+    line: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,7 @@ class MapPlace:
     type: str
     parent: str | None = None
     buffer: bool = False
+    line: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +156,7 @@ def parse_map(data: bytes, source: str = "map.xml") -> SemanticMap:
             Pose(_triple(n.get("xyz_m", "0 0 0")), _quat(n.get("quat_xyzw", "0 0 0 1"))),
             n.get("place"),
             n.get("type", "object"),
+            line_of(n),
         )
         for n in root.iterfind("Objects/Object")
     )

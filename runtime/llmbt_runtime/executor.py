@@ -117,6 +117,10 @@ class _Run:
             ended = self.certify(facts)
             if ended is not None:
                 return ended
+            if self.believed is None:
+                # nothing is certified: go on with what runs, and start nothing
+                self.advance()
+                return None
             facts = self.look()
         record = tick(self.tree, facts)
         if record.status is NodeStatus.SUCCESS:
@@ -233,8 +237,7 @@ class _Run:
         self.stop("the tree no longer leads to the goals")
         facts = self.calm()
         if satisfied(self.goals, facts):
-            self.accept(facts)
-            return None
+            return self.check_success()
         if (facts, frozenset(self.excluded)) != asked:
             found = self.updated(facts)
         if found is None:

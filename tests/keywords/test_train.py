@@ -16,7 +16,7 @@ torch = pytest.importorskip("torch")
 def test_a_short_run_repeats_and_an_interrupted_one_goes_on(tmp_path: Path, dev: tuple[Example, ...]) -> None:
     from llmbt_compiler.keywords.train import Progress, TrainSettings, train
 
-    settings = TrainSettings(seed=1, samples=24, epochs=2, batch=8, learning_rate=1e-5)
+    settings = TrainSettings(seed=1, samples=24, epochs=2, batch=8, learning_rate=1e-5, held_out=20)
     seen: list[Progress] = []
     whole = train(tmp_path / "whole", settings, start_from=MODEL, dev=dev[:8], extra=dev[:2], progress=seen.append)
     assert len(whole.losses) == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from itertools import pairwise
 
 from llmbt_atl.library import Library, load_library, parse_library
 from llmbt_atl.state import Domain
@@ -20,8 +21,10 @@ BLOCKS = b"""<library name="blocks"><types><type name="block"/></types>
 </conditions>
 <variables>
   <variable name="hand"><handempty/><holding a="*"/></variable>
-  <variable name="below"><param name="x" type="block"/><on a="{x}" b="*"/><ontable a="{x}"/><holding a="{x}"/></variable>
-  <variable name="above"><param name="x" type="block"/><clear a="{x}"/><on a="*" b="{x}"/><holding a="{x}"/></variable>
+  <variable name="below"><param name="x" type="block"/>
+    <on a="{x}" b="*"/><ontable a="{x}"/><holding a="{x}"/></variable>
+  <variable name="above"><param name="x" type="block"/>
+    <clear a="{x}"/><on a="*" b="{x}"/><holding a="{x}"/></variable>
 </variables>
 <templates>
   <template name="pickup"><param name="a" type="block"/>
@@ -29,9 +32,11 @@ BLOCKS = b"""<library name="blocks"><types><type name="block"/></types>
   <template name="putdown"><param name="a" type="block"/>
     <hold><holding a="{a}"/></hold><post><ontable a="{a}"/><clear a="{a}"/><handempty/></post></template>
   <template name="stack"><param name="a" type="block"/><param name="b" type="block"/><unequal first="a" second="b"/>
-    <hold><holding a="{a}"/><clear a="{b}"/></hold><post><on a="{a}" b="{b}"/><clear a="{a}"/><handempty/></post></template>
+    <hold><holding a="{a}"/><clear a="{b}"/></hold>
+    <post><on a="{a}" b="{b}"/><clear a="{a}"/><handempty/></post></template>
   <template name="unstack"><param name="a" type="block"/><param name="b" type="block"/><unequal first="a" second="b"/>
-    <start><on a="{a}" b="{b}"/><clear a="{a}"/><handempty/></start><post><holding a="{a}"/><clear a="{b}"/></post></template>
+    <start><on a="{a}" b="{b}"/><clear a="{a}"/><handempty/></start>
+    <post><holding a="{a}"/><clear a="{b}"/></post></template>
 </templates></library>"""
 
 
@@ -54,7 +59,7 @@ def _towers(n: int, rng: random.Random) -> list[list[str]]:
 
 
 def _on(towers: list[list[str]]) -> set[Condition]:
-    return {Condition("on", (up, low)) for t in towers for low, up in zip(t, t[1:], strict=False)}
+    return {Condition("on", (up, low)) for t in towers for low, up in pairwise(t)}
 
 
 def blocks(n: int, seed: int) -> Problem:

@@ -20,7 +20,7 @@ from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.update import loop
 from llmbt_runtime.update.rollout import Certificate, rollout
 
-LIMITS = Limits(ticks=1_000, expansions=20_000, updates=500, nodes=1_500, attempts=10)
+LIMITS = Limits(ticks=600, expansions=20_000, updates=150, nodes=1_500, attempts=10)
 """Ten attempts: the failures of these episodes are dice, and three in a row would only measure them."""
 
 
@@ -30,6 +30,8 @@ class Row:
 
     kind: str
     events: int
+    fired: int
+    failed: int
     rough: bool
     seed: int
     solvable: bool | None
@@ -99,6 +101,8 @@ def measure(episode: Episode, events: int, method: str, *, check: bool = True) -
     return Row(
         episode.kind,
         events,
+        len(world.disturbances()),
+        sum(a.result == "FAILURE" for a in found.actions),
         episode.failure_rate > 0,
         episode.seed,
         episode.solvable,

@@ -56,17 +56,16 @@ def _torch() -> Finding:
 
 def _pybullet() -> Finding:
     try:
-        from llmbt_runtime.bullet.client import Client
+        from llmbt_runtime.bullet.client import BulletClient
 
-        with Client():
-            pass
+        BulletClient().close()
         return Finding("pybullet", True, f"{importlib.metadata.version('pybullet')}, a world can be made")
     except Exception as fault:
         return Finding("pybullet", False, f"{type(fault).__name__}: {fault}", "pip install -c constraints.txt pybullet")
 
 
 def _weights() -> Finding:
-    from llmbt_compiler.keywords import load_tagger
+    from llmbt_compiler.keywords.tagger import load_tagger
 
     try:
         tagged = load_tagger().tag(["Pick up object 1."])

@@ -9,11 +9,14 @@ from collections.abc import Iterable
 __all__ = ["class_names", "function_names", "parameter_names"]
 
 CPP_KEYWORDS = frozenset(
-    "alignas alignof and asm auto bool break case catch char class concept const constexpr continue decltype default "
-    "delete do double else enum explicit export extern false float for friend goto if inline int long mutable "
-    "namespace new noexcept not nullptr operator or private protected public register requires return short signed "
-    "sizeof static struct switch template this throw true try typedef typename union unsigned using virtual void "
-    "volatile while xor name status config".split()
+    re.findall(
+        r"\w+",
+        """alignas alignof and asm auto bool break case catch char class concept const constexpr continue decltype
+        default delete do double else enum explicit export extern false float for friend goto if inline int long
+        mutable namespace new noexcept not nullptr operator or private protected public register requires return
+        short signed sizeof static struct switch template this throw true try typedef typename union unsigned using
+        virtual void volatile while xor name status config""",
+    )
 )
 
 

@@ -162,6 +162,15 @@ private:
 """
 
 
+PLUGIN_HEAD = """\
+#include "leaves.hpp"
+
+// Loaded by BT::BehaviorTreeFactory::registerFromPlugin.
+BT_REGISTER_NODES(factory)
+{
+"""
+
+
 def _leaves_hpp(signatures: Signatures) -> str:
     names = _classes(signatures)
     parts = [HEAD]
@@ -184,14 +193,13 @@ def _classes(signatures: Signatures) -> Mapping[str, str]:
     conditions = {n: n for n in sorted(signatures.conditions)}
     actions = {n: n for n in sorted(signatures.actions)}
     found = class_names([*conditions, *actions])
-    return {k: (f"{v}_" if v in ("Skill",) else v) for k, v in found.items()}
+    return {k: (f"{v}_" if v == "Skill" else v) for k, v in found.items()}
 
 
 def _plugin_cpp(signatures: Signatures) -> str:
     names = _classes(signatures)
     rows = (f"  factory.registerNodeType<llmbt::{names[leaf]}>({_quoted(leaf)});" for leaf in names)
-    head = '#include "leaves.hpp"\n\n// Loaded by BT::BehaviorTreeFactory::registerFromPlugin.\nBT_REGISTER_NODES(factory)\n{\n'
-    return head + "\n".join(rows) + "\n}\n"
+    return PLUGIN_HEAD + "\n".join(rows) + "\n}\n"
 
 
 # -- Python --------------------------------------------------------------------------------------------------------

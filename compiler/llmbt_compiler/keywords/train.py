@@ -43,6 +43,7 @@ class TrainSettings:
     """What a training run depends on.
 
     `samples` are drawn anew for every epoch. `extra_times` is how often a user's own example is shown in each.
+    `held_out` samples of a seed of their own give the in-template figures at the end.
     """
 
     seed: int = 0
@@ -55,6 +56,7 @@ class TrainSettings:
     freeze_embeddings: bool = True
     extra_times: int = 8
     threads: int = 1
+    held_out: int = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +145,7 @@ def train(
     if vocab_file.resolve() != (out / "vocab.txt").resolve():
         shutil.copyfile(vocab_file, out / "vocab.txt")
     tagger = NumpyTagger(out)
-    held_out = list(generate(rules, 1000, _HELD_OUT_SEED + settings.seed))
+    held_out = list(generate(rules, settings.held_out, _HELD_OUT_SEED + settings.seed))
     inside = evaluate(
         [Example(s.text, s.spans) for s in held_out],
         [t.spans for t in tagger.tag([s.text for s in held_out])],

@@ -32,6 +32,7 @@ def _file(file: File) -> None:
     root = d[d.root]
     if root.tag != "root":
         file.say("T101", f"the outermost element is <{root.tag}>, not <root>", d.root, 'write <root BTCPP_format="4">')
+        return
     for i, element in enumerate(d.elements):
         if element.tag == INSTRUCTION:
             file.say("T121", "a processing instruction makes loading fail", i, "remove the <?...?>")

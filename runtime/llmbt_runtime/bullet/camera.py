@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DEFAULT_CAMERA", "Renderer", "Snapshot", "encode_png", "render_png"]
 
-DEFAULT_CAMERA = Camera("default", (1.35, 1.05, 1.15), (0.33, 0.16, 0.45), 40.0)
+DEFAULT_CAMERA = Camera("default", (0.95, 1.55, 1.35), (0.27, 0.15, 0.57), 43.0)
 _NEAR_M, _FAR_M = 0.05, 6.0
 
 

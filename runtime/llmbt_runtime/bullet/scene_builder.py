@@ -12,7 +12,7 @@ from llmbt_runtime.bullet.client import BulletClient
 __all__ = ["GROUND", "add_bodies", "add_fixtures", "mark_slots", "parking_spot"]
 
 GROUND = "ground"
-_GROUND_SIZE = (6.0, 6.0, 0.1)
+_GROUND_SIZE = (2.6, 2.6, 0.1)
 
 
 def parking_spot(index: int, height_m: float) -> Vec3:

@@ -85,13 +85,13 @@ def episode(kind: str, seed: int, *, events: int = 0, rough: bool = False) -> Ep
 
 def _wanted(kind: str, seed: int, truth: Label, draft: Draft, *, last: bool) -> bool:
     """Whether a draft is of its kind: no dead ends in `strips`; in the kinds that have them, three in five can be solved
-    if nothing bad happens; nothing that is solved by one action."""
+    if nothing bad happens; nothing that takes only a step or two."""
     if kind == "strips" and (truth.dead_ends or not truth.solvable):
         return False
     if kind in ("dead-ends", "coins") and not truth.dead_ends:
         return False
     far = shortest(draft.domain, draft.facts, draft.goals)
-    if far is not None and 0 <= far < 2:
+    if far is not None and 0 <= far < (2 if last else 3):
         return False
     if kind in ("dead-ends", "coins", "threats", "negation") and not last:
         return (truth.solvable is True) == (seed % 5 < 3)
@@ -102,7 +102,7 @@ def _dated(rng: np.random.Generator, moves: tuple[Event, ...], n: int, rough: bo
     """Events at random times, as many as are asked for; the same thing may happen several times."""
     if not moves:
         return ()
-    span = 50 if rough else 16
+    span = 36 if rough else 13
     chosen = [moves[int(rng.integers(len(moves)))] for _ in range(n)]
     dates = sorted(int(t) for t in rng.integers(1, span, n))
     return tuple(replace(e, tick=t) for e, t in zip(chosen, dates, strict=True))

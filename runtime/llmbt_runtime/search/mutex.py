@@ -6,12 +6,13 @@ library declares wrongly, or a state that is observed wrongly, weakens the searc
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 
 from llmbt_ir.condition import Facts
-from llmbt_runtime.search.task import Task
+from llmbt_runtime.search.task import Op, Task
 
-__all__ = ["Mutexes", "mutexes_of"]
+__all__ = ["Mutexes", "impossible", "mutexes_of"]
 
 _KEY = "_llmbt_search_broken"
 
@@ -71,27 +72,55 @@ def _broken_by_actions(task: Task) -> frozenset[int]:
 
 
 def _breaking(task: Task) -> set[int]:
-    found: set[int] = set()
+    """By induction: an action that needs two values of a variable that holds so far can never be done."""
+    suspects = [(op, keys) for op in task.ops if (keys := set(_broken_keys(task, op)))]
+    broken: set[int] = set()
+    while True:
+        more = {key[0] for op, keys in suspects if not impossible(task, op.pre, broken) for key in keys}
+        if more <= broken:
+            return broken
+        broken |= more
+
+
+def impossible(task: Task, pre: tuple[int, ...], broken: Collection[int]) -> bool:
+    """Whether preconditions exclude each other by a variable that is not `broken`."""
+    held: dict[tuple[int, ...], list[int]] = {}
+    for p in pre:
+        if not p & 1:
+            for key in task.keys[p >> 1]:
+                if key[0] not in broken:
+                    held.setdefault(key, []).append(p >> 1)
+    return any(len(values) > 1 and not _together(task, values) for values in held.values())
+
+
+def _broken_keys(task: Task, op: Op) -> Iterator[tuple[int, ...]]:
+    """The variables that an action can make take two values."""
     keys = task.keys
-    for op in task.ops:
-        begun: dict[tuple[int, ...], list[int]] = {}
-        for f in op.adds:
-            for key in keys[f]:
-                begun.setdefault(key, []).append(f)
-        for key, values in begun.items():
-            if key[0] in found:
-                continue
-            if not _together(task, values) or not _balanced(task, op.pre, set(op.deletes), key, values):
-                found.add(key[0])
-    return found
+    begun: dict[tuple[int, ...], list[int]] = {}
+    for f in op.adds:
+        for key in keys[f]:
+            begun.setdefault(key, []).append(f)
+    if not begun:
+        return
+    before: dict[tuple[int, ...], list[int]] = {}
+    for p in op.pre:
+        if not p & 1:
+            for key in keys[p >> 1]:
+                before.setdefault(key, []).append(p >> 1)
+    for key, values in begun.items():
+        known = before.get(key)
+        if (len(values) > 1 and not _together(task, values)) or not _balanced(task, op, key, values, known):
+            yield key
 
 
-def _balanced(task: Task, pre: tuple[int, ...], deletes: set[int], key: tuple[int, ...], values: list[int]) -> bool:
-    """Whether the variable's other values have gone once an action has set it."""
-    before = [p >> 1 for p in pre if not p & 1 and key in task.keys[p >> 1]]
-    coexist = set(values).union(*(task.related.get(v, ()) for v in values))
-    if before:
+def _balanced(task: Task, op: Op, key: tuple[int, ...], values: list[int], known: list[int] | None) -> bool:
+    """Whether a variable's other values have gone once an action has set it to `values`."""
+    related = task.related
+    if known is not None and not related:
+        return all(p in op.deletes or p in values for p in known)
+    coexist = set(values).union(*(related.get(v, ()) for v in values))
+    if known is not None:
         # what may hold beside the known value, and would not go with the new one
-        possible = set(before).union(*(task.related.get(p, ()) for p in before))
-        return possible - coexist <= deletes
-    return set(task.groups[key]) - coexist <= deletes
+        possible = set(known).union(*(related.get(p, ()) for p in known))
+        return possible - coexist <= set(op.deletes)
+    return set(task.groups[key]) - coexist <= set(op.deletes)

@@ -1,0 +1,292 @@
+"""A run told in words, and as data: its versions with why and what came of them, and where a node is from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from llmbt.history import Event, Link, Run, Stage
+from llmbt_ir.condition import parse_condition
+from llmbt_ir.tree import Kind, Tree
+
+__all__ = ["link_lines", "log_document", "log_lines", "request_lines", "stage_lines", "why_document", "why_lines"]
+
+Paint = Callable[[str, str], str]
+BOLD, GREEN, RED, YELLOW, FAINT = "1", "32", "31", "33", "2"
+RESULT = {"SUCCESS": GREEN, "FAILURE": RED, "HALTED": YELLOW}
+
+
+def _row(head: str, text: str) -> str:
+    return f"  {head:<13} {text}"
+
+
+# -- the log -------------------------------------------------------------------------------------------------------
+
+
+def request_lines(run: Run) -> Iterator[str]:
+    """What was asked for: the request, who answered, the goals with the words that asked for each."""
+    if run.request:
+        yield f"request  {run.request}"
+    said = {
+        "authored": "authored by hand, not said by any model",
+        "recorded": f"recorded from {run.reply.get('model')}",
+    }
+    if run.reply.get("provenance"):
+        yield f"reply    {said.get(str(run.reply['provenance']), run.reply['provenance'])}"
+    if run.result:
+        known = (f"{k} {run.result[k]}" for k in ("scene", "world", "disturb", "seed") if run.result.get(k) is not None)
+        yield f"run      {', '.join(known)}"
+    for goal in run.stages[0].file.provenance.goals:
+        words = (
+            f'   {goal.words.replace(": ", chr(58) + " " + chr(34), 1)}"' if ": " in goal.words else f"   {goal.words}"
+        )
+        yield f"goal     {goal.node} {goal.condition}{words if goal.words else ''}"
+
+
+def stage_lines(run: Run, stage: Stage, paint: Paint) -> Iterator[str]:
+    """One version: when and why it was made, how, why it will work, and what happened then."""
+    record, at = stage.record, run.stages.index(stage)
+    if record.get("parent") is None:
+        yield paint(f"{stage.name}  the goals alone, {_count(stage.tree)}", BOLD)
+    else:
+        when = f"tick {record.get('tick')}, {record.get('sim_time_s')} s"
+        before = len(run.stages[at - 1].tree) if at else 0
+        grew = len(stage.tree) - before
+        size = f"{_count(stage.tree)}, {abs(grew)} {'more' if grew >= 0 else 'fewer'}"
+        yield paint(f"{stage.name}  {when}: {record.get('cause')}", BOLD) + f"   ({size})"
+        yield from _why(record)
+        yield from _steps(stage)
+        yield from _certificate(stage)
+    for k, event in enumerate(_told(stage.events)):
+        yield _row("then" if k == 0 else "", _event(event, paint))
+
+
+def _count(tree: Tree) -> str:
+    return f"{len(tree)} node{'s' if len(tree) != 1 else ''}"
+
+
+def _why(record: Mapping[str, Any]) -> Iterator[str]:
+    observed = record.get("observed", {})
+    for head, key in (("began to hold", "began"), ("ceased", "ended")):
+        facts = observed.get(key, ())
+        if facts:
+            yield _row(head, ", ".join(facts))
+    if record.get("failed_condition"):
+        yield _row("failed", str(record["failed_condition"]))
+
+
+def _steps(stage: Stage) -> Iterator[str]:
+    for step in stage.steps:
+        kind = str(step.get("kind"))
+        reason = str(step.get("reason") or step.get("condition") or "")
+        yield _row(kind, f"{reason}   [{step.get('node')}{' before ' + step['before'] if step.get('before') else ''}]")
+        if kind in ("chain", "goals") and step.get("action"):
+            yield _row("", f"plan: {str(step['action']).replace(') ', '), ')}")
+        others = step.get("alternatives", ())
+        if others:
+            yield _row("", f"rather than {_some(others, 3)}")
+    planner = stage.record.get("planner", {})
+    if planner.get("calls"):
+        yield _row("search", f"{planner['calls']} call(s), {planner['expansions']} states expanded")
+
+
+def _some(items: Sequence[str], n: int) -> str:
+    rest = len(items) - n
+    return ", ".join(items[:n]) + (f" and {rest} more" if rest > 0 else "")
+
+
+def _certificate(stage: Stage) -> Iterator[str]:
+    """Why the tree will work: from what was observed its actions follow one another, and then the goals hold."""
+    certificate = stage.record.get("certificate", {})
+    actions = tuple(certificate.get("actions", ()))
+    count = len(certificate.get("state", ()))
+    if not actions:
+        yield _row("it will work", f"in the state observed ({count} facts) the goals hold already")
+        return
+    yield _row("it will work", f"from the state observed ({count} facts), by the templates' exact effects, it does")
+    purposes = _purposes(stage.tree)
+    width = max(len(a) for a in actions)
+    for k, action in enumerate(actions, 1):
+        purpose = purposes.get(action)
+        yield _row("", f"{k:>3}. {action:<{width}}{f'   for {purpose}' if purpose else ''}".rstrip())
+    goals = ", ".join(str(g.condition) for g in stage.file.provenance.goals)
+    yield _row("", f"and then {goals} hold{'' if len(stage.file.provenance.goals) > 1 else 's'}")
+
+
+def _purposes(tree: Tree) -> dict[str, str]:
+    """What each action in a tree is for: the head of the Fallback that it is in."""
+    found: dict[str, str] = {}
+    for node in tree.preorder():
+        if node.action is None:
+            continue
+        for above in tree.ancestors(node.id):
+            if tree[above].kind is Kind.FALLBACK:
+                first = tree[tree[above].children[0]]
+                if first.condition is not None:
+                    found.setdefault(str(node.action), str(first.condition))
+                break
+    return found
+
+
+def _told(events: Sequence[Event]) -> Iterator[Event]:
+    """The events a reader needs: a start is told with its end."""
+    open_: Event | None = None
+    for event in events:
+        if event.kind == "started":
+            open_ = event
+        elif event.kind == "ended" and open_ is not None:
+            details = {**event.details, "since_s": open_.time_s}
+            yield Event("ended", event.time_s, event.text, details)
+            open_ = None
+        else:
+            yield event
+    if open_ is not None:
+        yield open_
+
+
+def _event(event: Event, paint: Paint) -> str:
+    since = event.details.get("since_s")
+    when = f"{since}-{event.time_s} s" if since is not None else f"{event.time_s} s"
+    if event.kind == "ended":
+        return f"{when:<13} {paint(event.text, RESULT.get(str(event.details.get('result')), ''))}"
+    if event.kind == "disturbance":
+        return f"{when:<13} {paint(f'disturbance: {event.text}', YELLOW)}"
+    if event.kind == "outcome":
+        return f"{when:<13} {paint(event.text, GREEN if event.text == 'SUCCESS' else RED)}"
+    return f"{when:<13} {event.kind}: {event.text}"
+
+
+def log_lines(run: Run, stages: Sequence[Stage], paint: Paint, patch: Callable[[Stage], str] | None) -> Iterator[str]:
+    """The whole log; `patch` draws a version's difference to its parent."""
+    if stages == run.stages:
+        yield from request_lines(run)
+    for stage in stages:
+        yield ""
+        yield from stage_lines(run, stage, paint)
+        if patch is not None and run.stages.index(stage):
+            yield from ("    " + line for line in patch(stage).splitlines())
+    if run.result and stages == run.stages:
+        goals = run.result.get("goals", ())
+        held = sum(1 for g in goals if g.get("holds"))
+        outcome = str(run.result.get("outcome"))
+        yield ""
+        reason = f": {run.result['reason']}" if run.result.get("reason") else ""
+        text = f"{outcome}{reason}; {held} of {len(goals)} goals hold"
+        yield paint(text, GREEN if outcome == "SUCCESS" else RED) + _totals(run)
+    elif not run.result and stages == run.stages:
+        yield ""
+        yield "the folder has no result: the tree was not executed here, or the run was killed"
+
+
+def _totals(run: Run) -> str:
+    r = run.result
+    return f" ({r.get('ticks')} ticks, {r.get('sim_time_s')} s simulated, {r.get('versions')} versions)"
+
+
+def log_document(run: Run, stages: Sequence[Stage], patch: Callable[[Stage], Any] | None) -> dict[str, Any]:
+    """The log as data."""
+    versions = []
+    for stage in stages:
+        entry = {k: v for k, v in stage.record.items() if k != "schema_version"}
+        entry["nodes"] = len(stage.tree)
+        entry["events"] = [dict(e.details) for e in stage.events]
+        if patch is not None and run.stages.index(stage):
+            entry["patch"] = patch(stage)
+        versions.append(entry)
+    return {"request": run.request, "versions": versions, "result": dict(run.result)}
+
+
+# -- why -----------------------------------------------------------------------------------------------------------
+
+
+def why_lines(run: Run, chain: Sequence[Link], paint: Paint) -> Iterator[str]:
+    """A node's chain, from itself back to the words that asked for it."""
+    for k, link in enumerate(chain):
+        lead = "because of  " if k else ""
+        yield f"{lead}{paint(link.label, BOLD)}   {paint(link.node, FAINT)}"
+        yield from link_lines(run, link)
+    yield from _words(run, chain[-1])
+
+
+def link_lines(run: Run, link: Link) -> Iterator[str]:
+    """What one link says of its node."""
+    yield _row("it is", link.role)
+    if link.version:
+        record = run.stage(link.version).record
+        if record.get("parent") is None:
+            yield _row("since", f"{link.version}, the tree that was compiled")
+        else:
+            cause = record.get("cause")
+            yield _row("since", f"{link.version}, tick {record.get('tick')}, {record.get('sim_time_s')} s: {cause}")
+    if link.step:
+        yield _row(str(link.step.get("kind")), str(link.step.get("reason") or ""))
+        others = link.step.get("alternatives", ())
+        if others:
+            yield _row("rather than", _some(others, 4))
+
+
+def _asked(run: Run, link: Link) -> dict[str, Any]:
+    """The words of request and reply that a goal comes from; empty where the folder does not tell."""
+    record = next((g for g in run.stages[0].file.provenance.goals if str(g.condition) == link.label), None)
+    if record is None:
+        return {}
+    found: dict[str, Any] = {"goal": record.node, "words": record.words, "request": run.request}
+    goal = next((g for g in run.goals if _is(g, link.label)), None)
+    if goal is not None:
+        step = next((s for s in run.steps if s.get("number") == goal.get("step")), {})
+        found |= {"words": goal.get("words"), "step": goal.get("step"), "step_text": step.get("text")}
+        text, span = str(run.reply.get("text", "")), goal.get("reply")
+        if span and text:
+            start = span[0]
+            found["reply_span"] = list(span)
+            found["reply_line"] = text.count("\n", 0, start) + 1
+            found["reply_column"] = start - (text.rfind("\n", 0, start) + 1) + 1
+            found["reply_text"] = text[span[0] : span[1]]
+            found["reply_line_text"] = text.splitlines()[found["reply_line"] - 1]
+    return {k: v for k, v in found.items() if v not in (None, "")}
+
+
+def _is(goal: Mapping[str, Any], label: str) -> bool:
+    condition = parse_condition(label)
+    if condition is None:
+        return False
+    same = goal.get("name") == condition.name and tuple(goal.get("args", ())) == condition.args
+    return same and bool(goal.get("negated")) == condition.negated
+
+
+def _words(run: Run, link: Link) -> Iterator[str]:
+    asked = _asked(run, link)
+    if not asked:
+        return
+    yield "asked for by"
+    if "reply_line" in asked:
+        yield _row("reply", f"line {asked['reply_line']}: {asked['reply_line_text']}")
+        said = min(len(asked["reply_text"]), len(asked["reply_line_text"]) - asked["reply_column"] + 1)
+        lead = len(f"line {asked['reply_line']}: ") + asked["reply_column"] - 1
+        yield _row("", " " * lead + "^" * max(1, said))
+    elif asked.get("words"):
+        yield _row("words", str(asked["words"]))
+    if asked.get("request"):
+        yield _row("request", str(asked["request"]))
+
+
+def why_document(run: Run, chains: Sequence[Sequence[Link]]) -> dict[str, Any]:
+    """The chains as data."""
+    return {
+        "chains": [
+            {
+                "links": [
+                    {
+                        "node": link.node,
+                        "label": link.label,
+                        "role": link.role,
+                        "version": link.version,
+                        "step": dict(link.step) if link.step else None,
+                    }
+                    for link in chain
+                ],
+                "asked_for_by": _asked(run, chain[-1]),
+            }
+            for chain in chains
+        ]
+    }
