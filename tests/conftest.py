@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
-from collections.abc import Callable
+import socket
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -19,6 +22,44 @@ settings.register_profile(
 )
 settings.register_profile("explore", parent=settings.get_profile("ours"), derandomize=False, max_examples=1_000)
 settings.load_profile(os.environ.get("LLMBT_HYPOTHESIS", "ours"))
+
+
+class StrayRequestError(OSError):
+    """A test tried to leave this machine."""
+
+
+def _refuse_elsewhere(address: Any) -> None:
+    host = address[0] if isinstance(address, tuple) else "127.0.0.1"  # a unix socket's address is a path
+    try:
+        local = ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        local = host in ("localhost", "")
+    if not local:
+        raise StrayRequestError(f"a test may not connect to {host}")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _no_network() -> Iterator[None]:
+    """Only the loopback can be connected to, and no other name is looked up."""
+    patch = pytest.MonkeyPatch()
+    connect, connect_ex, look_up = socket.socket.connect, socket.socket.connect_ex, socket.getaddrinfo
+
+    def guarded(inner: Callable[..., Any]) -> Callable[..., Any]:
+        def call(self: socket.socket, address: Any) -> Any:
+            _refuse_elsewhere(address)
+            return inner(self, address)
+
+        return call
+
+    def guarded_look_up(host: Any, *args: Any, **kwargs: Any) -> Any:
+        _refuse_elsewhere((host.decode() if isinstance(host, bytes) else host or "",))
+        return look_up(host, *args, **kwargs)
+
+    patch.setattr(socket.socket, "connect", guarded(connect))
+    patch.setattr(socket.socket, "connect_ex", guarded(connect_ex))
+    patch.setattr(socket, "getaddrinfo", guarded_look_up)
+    yield
+    patch.undo()
 
 
 @pytest.fixture

@@ -46,6 +46,10 @@ class Pattern:
     negated: bool = False
     line: int = 0
 
+    def __str__(self) -> str:
+        args = ", ".join(a[1:-1] if a.startswith("{") else a for a in self.args)
+        return ("not " if self.negated else "") + self.name + (f"({args})" if args else "")
+
     def params(self) -> tuple[str, ...]:
         """The parameters it mentions."""
         return tuple(a[1:-1] for a in self.args if a.startswith("{"))

@@ -15,12 +15,12 @@ import numpy as np
 from llmbt.progress import Progress
 from llmbt_atl.library import Library, load_library
 from llmbt_atl.state import Domain, domain_of
-from llmbt_ir.condition import Facts, Goals, parse_condition
+from llmbt_ir.condition import ActionCall, Facts, Goals, parse_condition
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span, nearest
 from llmbt_ir.scene import Scene, to_semantic_map
 from llmbt_ir.semantic_map import write_map
-from llmbt_ir.tree import goals_of
-from llmbt_ir.tree_xml import GoalRecord, TreeFile, parse_tree
+from llmbt_ir.tree import Tree, goal_tree, goals_of
+from llmbt_ir.tree_xml import GoalRecord, Provenance, TreeFile, parse_tree, write_tree
 from llmbt_ir.versions import VersionStore, sha256, write_atomic
 from llmbt_ir.xml import read_bytes
 from llmbt_runtime.disturbance import draw, symbolic_events
@@ -31,7 +31,7 @@ from llmbt_runtime.record import RunFolder, result_document, signatures_of, writ
 from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.world import World
 
-__all__ = ["Order", "execute_tree", "exit_code_of", "load_tree"]
+__all__ = ["Order", "execute_tree", "exit_code_of", "load_tree", "read_state", "solve_problem"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,35 +105,113 @@ def execute_tree(
     if not (folder / "map.xml").exists():
         write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
     world = _world(order, domain, goals, names)
+    told = {"scene": order.scene.name, "world": order.world, "disturb": order.disturb, **(extra or {})}
+    pictures = (lambda name: _picture(world, folder, name)) if order.pictures and order.world == "bullet" else _no_picture
+    return _execute(
+        world,
+        domain,
+        file.tree,
+        goals,
+        run,
+        progress,
+        started=started,
+        settings=Settings(order.budget),
+        seed=order.seed,
+        extra=told,
+        picture=pictures,
+    )
+
+
+def solve_problem(
+    texts: tuple[str, str],
+    sources: tuple[str, str],
+    folder: Path,
+    progress: Progress,
+    *,
+    seed: int,
+    budget: int,
+    failure_rate: float,
+) -> dict[str, Any]:
+    """Run the loop on a PDDL domain and problem in the symbolic world; `result.json`'s content, in PDDL's names."""
+    from llmbt_atl.pddl import import_domain, import_problem, pddl_call, write_library
+
+    started = time.monotonic()
+    library = import_domain(texts[0], sources[0])
+    problem = import_problem(texts[1], library, sources[1])
+    library = problem.domain.library
+    write_atomic(folder / "library.xml", write_library(library))
+    goals: Goals = (problem.goals,)
+    if not problem.goals:
+        raise LlmbtError(Diagnostic("E058", "the problem states no goals", Span(sources[1])))
+    told = _goal_records(goals)
+    tree = goal_tree(goals)
+    xml = write_tree(tree, signatures_of(library), Provenance(goals=told))
+    VersionStore(folder).append(xml, {"parent": None, "problem": problem.name}, 0)
+    run = RunFolder(folder, signatures_of(library), told, 0, sha256(xml), "tree.v000.xml")
+    rng = np.random.default_rng((seed, 0x5EED))
+    world = SymbolicWorld(problem.domain, problem.facts, rng, failure_rate=failure_rate)
+    document = _execute(
+        world,
+        problem.domain,
+        tree,
+        goals,
+        run,
+        progress,
+        started=started,
+        settings=Settings(budget, max_ticks=200_000),
+        seed=seed,
+        extra={"problem": problem.name, "world": "symbolic"},
+        names={name: (t.words.split() or [name])[0] for name, t in library.templates.items()},
+    )
+    done = [ActionCall(a["template"], tuple(a["args"])) for a in document["actions"] if a["result"] == "SUCCESS"]
+    write_atomic(folder / "plan.txt", "".join(f"{pddl_call(library, c)}\n" for c in done).encode())
+    return document
+
+
+def _no_picture(_: str) -> None:
+    """Nobody wants one."""
+
+
+def _execute(
+    world: World,
+    domain: Domain,
+    tree: Tree,
+    goals: Goals,
+    run: RunFolder,
+    progress: Progress,
+    *,
+    started: float,
+    settings: Settings,
+    seed: int,
+    extra: Mapping[str, Any],
+    picture: Callable[[str], None] = _no_picture,
+    names: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
+    """Execute, and write the story and `result.json`, whose content is returned. The world is closed."""
+
+    def tell(happening: Happening) -> None:
+        run.tell(happening)
+        progress.tell(happening)
+        if happening.kind == "update":
+            picture(str(happening.details["version"]))
+
     try:
-        _picture(world, folder, "start", order)
-
-        def tell(happening: Happening) -> None:
-            run.tell(happening)
-            progress.tell(happening)
-            if happening.kind == "update":
-                _picture(world, folder, str(happening.details["version"]), order)
-
-        result = execute(world, domain, file.tree, goals, keep=run.keep, tell=tell, settings=Settings(order.budget))
-        _picture(world, folder, "end", order)
+        picture("start")
+        result = execute(world, domain, tree, goals, keep=run.keep, tell=tell, settings=settings)
+        picture("end")
         document = result_document(
             result,
             world,
             versions=run.number + 1,
-            seed=order.seed,
+            seed=seed,
             wall_time_s=time.monotonic() - started,
-            extra={
-                "scene": order.scene.name,
-                "world": order.world,
-                "disturb": order.disturb,
-                "llmbt_version": importlib.metadata.version("llm-bt"),
-                **(extra or {}),
-            },
+            extra={**extra, "llmbt_version": importlib.metadata.version("llm-bt")},
+            names=names,
         )
     finally:
         world.close()
     run.write_story()
-    write_result(folder, document)
+    write_result(run.folder, document)
     return document
 
 
@@ -156,11 +234,13 @@ def _run_folder(data: bytes, file: TreeFile, library: Library, folder: Path, goa
             "from": Path(file.source).name,
         }
         store.append(data, record, 0)
-    told = file.provenance.goals or tuple(
-        GoalRecord(f"g{i}", g, alternative=k)
-        for i, (k, g) in enumerate(((k, g) for k, alternative in enumerate(goals, 1) for g in alternative), 1)
-    )
+    told = file.provenance.goals or _goal_records(goals)
     return RunFolder(folder, signatures_of(library), told, number, sha256(data), f"tree.v{number:03d}.xml")
+
+
+def _goal_records(goals: Goals) -> tuple[GoalRecord, ...]:
+    flat = ((k, g) for k, alternative in enumerate(goals, 1) for g in alternative)
+    return tuple(GoalRecord(f"g{i}", g, alternative=k) for i, (k, g) in enumerate(flat, 1))
 
 
 def _world(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
@@ -199,10 +279,8 @@ def _bullet(order: Order, goals: Goals, names: tuple[str, ...]) -> World:
     return BulletWorld(order.scene, order.seed, disturbances=specs, goals=goals[0])
 
 
-def _picture(world: World, folder: Path, name: str, order: Order) -> None:
-    """A PNG of the scene as it is now, where pictures are wanted and the world has a body."""
-    if not order.pictures or order.world != "bullet":
-        return
+def _picture(world: World, folder: Path, name: str) -> None:
+    """A PNG of the scene as it is now."""
     from llmbt_runtime.bullet.camera import render_png
     from llmbt_runtime.bullet.world import BulletWorld
 

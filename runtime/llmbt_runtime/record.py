@@ -126,8 +126,9 @@ def result_document(
     seed: int,
     wall_time_s: float,
     extra: Mapping[str, Any],
+    names: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """`result.json`: only `wall_time_s` may differ between equal runs."""
+    """`result.json`: only `wall_time_s` may differ between equal runs. `names` gives a template's name elsewhere."""
     objects = world.objects() if world else {}
     places = world.places() if world else {}
     document: dict[str, Any] = {
@@ -154,7 +155,8 @@ def result_document(
         ],
         "actions": [
             {
-                "name": e.call.name,
+                "name": (names or {}).get(e.call.name, e.call.name),
+                **({"template": e.call.name} if names else {}),
                 "args": list(e.call.args),
                 "result": e.result,
                 "reason": e.reason,

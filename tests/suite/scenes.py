@@ -143,9 +143,7 @@ MILK = """
                     Near(kitchen)
                     !navigate(kitchen)
                   !move_away(box, milk, kitchen)
-              ?
-                Near(kitchen)
-                !navigate(kitchen)
+              Near(kitchen)
               !pick(milk, kitchen)
           ?
             Near(user)

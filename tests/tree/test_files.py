@@ -118,7 +118,7 @@ TWO = '<On target="a" place="b"/><Ok/>'
         (SEQ.format("<act/>"), SEQ.format('<act _skipIf="x"/>'), [("Changed", "act(_skipIf=x)")]),
         (
             SEQ.format(TWO),
-            SEQ.format(f"<ReactiveFallback>{TWO[:28]}<act/></ReactiveFallback><Ok/>"),
+            SEQ.format(f"<ReactiveFallback>{TWO[:26]}<act/></ReactiveFallback><Ok/>"),
             [("Added", "ReactiveFallback"), ("Added", "act"), ("Moved", "On(place=b, target=a)")],
         ),
     ],

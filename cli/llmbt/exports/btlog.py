@@ -186,14 +186,17 @@ class _Engine:
         return status
 
     def halt(self, id_: str) -> None:
-        """Whatever in a branch is not idle becomes so."""
-        stack = [id_]
+        """Whatever in a branch is not idle becomes so, children first."""
+        stack = [(id_, False)]
         while stack:
-            here = stack.pop()
-            if any(self.now.get(u, IDLE) != IDLE for u in self.numbers[here]):
-                stack.extend(reversed(self.tree[here].children))
-                for uid in reversed(self.numbers[here]):
+            here, leaving = stack.pop()
+            uids = self.numbers[here]
+            if leaving:
+                for uid in reversed(uids):
                     self.set(uid, IDLE)
+            elif any(self.now.get(u, IDLE) != IDLE for u in uids):
+                stack.append((here, True))
+                stack.extend((c, False) for c in reversed(self.tree[here].children))
 
 
 def transitions(tree: Tree, numbers: Mapping[str, tuple[int, ...]], story: Iterable[Moment]) -> Iterator[Transition]:

@@ -51,4 +51,5 @@ def function_names(names: Iterable[str]) -> dict[str, str]:
 def parameter_names(names: Iterable[str]) -> dict[str, str]:
     """Names of parameters, of which none is a keyword of Python or C++."""
     safe = ((n, _plain(n)) for n in names)
-    return _unique((n, f"{p}_" if keyword.iskeyword(p) or p in CPP_KEYWORDS else p) for n, p in safe)
+    words = ((n, f"{p}_" if keyword.iskeyword(p) or p in CPP_KEYWORDS else p) for n, p in safe)
+    return _unique(words, ("self",))

@@ -124,16 +124,8 @@ def _pairs(a: _Side, b: _Side) -> dict[int, int]:
         for i, j in _unique(a, b, key):
             pair(i, j)
     _equal_branches(a, b, found, back, pair)
-    for j in reversed(b.order):
-        if j in back:
-            continue
-        votes = Counter(
-            a.parent[back[c]]
-            for c in b.children[j]
-            if c in back and a.parent[back[c]] not in found and a.content[a.parent[back[c]]].type == b.content[j].type
-        )
-        if votes:
-            pair(votes.most_common(1)[0][0], j)
+    for same_type in (True, False):
+        _by_children(a, b, found, back, pair, same_type=same_type)
     for j in b.order:
         if j in back:
             _below(a, b, back[j], j, found, back, pair)
@@ -187,6 +179,27 @@ def _equal_branches(
             i, k = stack.pop()
             pair(i, k)
             stack.extend(zip(a.children[i], b.children[k], strict=True))
+
+
+def _by_children(
+    a: _Side,
+    b: _Side,
+    found: dict[int, int],
+    back: dict[int, int],
+    pair: Callable[[int, int], None],
+    *,
+    same_type: bool,
+) -> None:
+    """Pair nodes with those that most of their children's partners are below, from the bottom."""
+    for j in reversed(b.order):
+        if j in back:
+            continue
+        above = [a.parent[back[c]] for c in b.children[j] if c in back]
+        votes = Counter(
+            i for i in above if i not in found and (not same_type or a.content[i].type == b.content[j].type)
+        )
+        if votes:
+            pair(votes.most_common(1)[0][0], j)
 
 
 def _below(

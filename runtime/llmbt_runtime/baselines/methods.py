@@ -10,7 +10,7 @@ from llmbt_ir.tree import Tree, goal_tree
 from llmbt_runtime.baselines.chain_alone import ChainPolicy
 from llmbt_runtime.baselines.local_rule import LocalPolicy
 from llmbt_runtime.baselines.pabt import PaBtPolicy
-from llmbt_runtime.baselines.paper import KIND, LETTER, PaperPolicy
+from llmbt_runtime.baselines.paper import PaperPolicy, Reading
 from llmbt_runtime.baselines.shell import Limits, Policy, Run, carry_on
 from llmbt_runtime.executor import Change, Settings, execute
 from llmbt_runtime.world import World
@@ -19,7 +19,7 @@ __all__ = ["METHODS", "run"]
 
 METHODS = {
     "paper": "the paper's Algorithm 1 to the letter",
-    "paper-kind": "Algorithm 1 read kindly: Gamma collects all achievers, Pre(a) is theirs",
+    "paper-kind": "Algorithm 1 as the text around it means it: all achievers, a conflict is an exclusion",
     "pa-bt": "PA-BT (Colledanchise, Almeida and Ögren 2019)",
     "local": "our local rule alone, online, without certificate or plan",
     "chain": "the complete search alone, acted out as a chain",
@@ -46,8 +46,8 @@ def run(
     if method == "loop":
         return _loop(world, domain, tree, goals, limits, keep)
     policies: dict[str, Callable[[], Policy]] = {
-        "paper": lambda: PaperPolicy(LETTER),
-        "paper-kind": lambda: PaperPolicy(KIND),
+        "paper": lambda: PaperPolicy(Reading.LETTER),
+        "paper-kind": lambda: PaperPolicy(Reading.KIND),
         "pa-bt": PaBtPolicy,
         "local": lambda: LocalPolicy(goals),
         "chain": lambda: ChainPolicy(goals, limits.expansions),

@@ -16,39 +16,42 @@ What the pseudo-code says, line by line, and what follows from it:
 
 A template's free parameters (the paper's "L-parameter") are not said to be bound by anything: here those of which most
 preconditions hold at present, in the library's order. Sequence and Fallback are reactive, as section III describes.
+
+`Reading.KIND` is the algorithm as the text around it and its figures mean it: Gamma collects every match, Pre(a) is that
+of the matches, and a conflict is what section IV.D says it is, "if there is a node in C_h returns Success, a node in C_a
+will never be satisfied": C_h are the conditions that succeeded on this tick, and one that excludes a condition of Pre(a)
+conflicts with it. It gives the paper's own example; what is left is that c_f stays where it was, that nothing looks
+for a way to the end, and that nothing bounds it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from enum import Enum
 
 from llmbt_atl.state import Domain, GroundAction
 from llmbt_ir.condition import Condition, Facts, holds
 from llmbt_ir.tree import Kind, Node, Tree, node_id
 from llmbt_runtime.baselines.shell import Ended
 from llmbt_runtime.outcome import Outcome
-from llmbt_runtime.tick import TickRecord
+from llmbt_runtime.tick import NodeStatus, TickRecord
 
-__all__ = ["KIND", "LETTER", "Expanded", "PaperPolicy", "Reading", "expand", "failed_node", "insert"]
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """How the pseudo-code is read. `appends`: Gamma collects all achievers; `matching`: Pre(a) is theirs."""
-
-    appends: bool
-    matching: bool
+__all__ = ["Expanded", "PaperPolicy", "Reading", "expand", "failed_node", "insert"]
 
 
-LETTER = Reading(appends=False, matching=False)
-KIND = Reading(appends=True, matching=True)
+class Reading(Enum):
+    """How the pseudo-code is read."""
+
+    LETTER = "to the letter"
+    KIND = "as the text around it means it"
 
 
 @dataclass(frozen=True, slots=True)
 class Expanded:
-    """T_exp, whose top is its Fallback and whose first child is a copy of c_f, and the types in Pre(a)."""
+    """T_exp, whose top is its Fallback and whose first child is a copy of c_f; Pre(a), and the names in it."""
 
     subtree: Tree
+    pre: tuple[Condition, ...]
     types: frozenset[str]
 
 
@@ -69,30 +72,26 @@ def achievers(condition: Condition, domain: Domain, facts: Facts) -> tuple[Groun
 
 
 def expand(
-    tree: Tree, failed: str, domain: Domain, facts: Facts, serial: int, reading: Reading = LETTER
+    tree: Tree, failed: str, domain: Domain, facts: Facts, serial: int, reading: Reading = Reading.LETTER
 ) -> Expanded:
     """Lines 7-15."""
     condition = tree[failed].condition
     assert condition is not None
     chain = ("paper", str(serial))
     head = Node(node_id(failed, *chain, "c"), Kind.CONDITION, condition=condition)
-    nodes = [head]
-    gamma: tuple[str, ...] = ()
-    types: set[str] = set()
-    for action in achievers(condition, domain, facts):
+    nodes, gamma = [head], list[str]()
+    matching = achievers(condition, domain, facts)
+    for action in matching if reading is Reading.KIND else matching[-1:]:
         why = (*chain, str(action))
         leaves = [Node(node_id(failed, *why, str(c)), Kind.CONDITION, condition=c) for c in dict.fromkeys(action.pre)]
         act = Node(node_id(failed, *why, "!"), Kind.ACTION, action=action.call)
         branch = Node(node_id(failed, *why), Kind.SEQUENCE, (*(n.id for n in leaves), act.id))
         nodes += [branch, *leaves, act]
-        gamma = (*gamma, branch.id) if reading.appends else (branch.id,)
-        types |= {c.name for c in action.pre}
-    if not reading.matching:
-        types = {p.name for p in list(domain.library.templates.values())[-1].pre}
+        gamma.append(branch.id)
     top = Node(node_id(failed, *chain), Kind.FALLBACK, (head.id, *gamma))
-    subtree = Tree(top.id, {n.id: n for n in (top, *nodes)})
-    kept = {n.id: n for n in subtree.preorder()}
-    return Expanded(Tree(top.id, kept), frozenset(types))
+    pre = tuple(dict.fromkeys(c for a in matching for c in a.pre))
+    last = list(domain.library.templates.values())[-1]
+    return Expanded(Tree(top.id, {n.id: n for n in (top, *nodes)}), pre, frozenset(p.name for p in last.pre))
 
 
 def higher(tree: Tree, failed: str) -> tuple[str, ...]:
@@ -106,16 +105,30 @@ def higher(tree: Tree, failed: str) -> tuple[str, ...]:
     return tuple(found)
 
 
-def insert(tree: Tree, failed: str, expanded: Expanded) -> Tree:
-    """Lines 16-23: Replace c_f, or Add before the first condition of a conflicting type."""
-    top, *rest = expanded.subtree.preorder()
+def conflict(
+    tree: Tree, failed: str, expanded: Expanded, domain: Domain, record: TickRecord, reading: Reading
+) -> str | None:
+    """The first condition of C_h that is in C_t."""
+    succeeded = {id_ for id_, status in record.trace if status is NodeStatus.SUCCESS}
     for id_ in higher(tree, failed):
         condition = tree[id_].condition
-        if condition is not None and condition.name in expanded.types:
-            above = tree[tree.parents[id_]]
-            at = above.children.index(id_)
-            raised = replace(above, children=(*above.children[:at], top.id, *above.children[at:]))
-            return tree.with_nodes(raised, top, *rest)
+        assert condition is not None
+        if reading is Reading.LETTER:
+            if condition.name in expanded.types:
+                return id_
+        elif id_ in succeeded and any(domain.mutex(condition, c) for c in expanded.pre):
+            return id_
+    return None
+
+
+def insert(tree: Tree, failed: str, expanded: Expanded, before: str | None) -> Tree:
+    """Lines 16-23: Replace c_f, or Add before the first condition that is in conflict."""
+    top, *rest = expanded.subtree.preorder()
+    if before is not None:
+        above = tree[tree.parents[before]]
+        at = above.children.index(before)
+        raised = replace(above, children=(*above.children[:at], top.id, *above.children[at:]))
+        return tree.with_nodes(raised, top, *rest)
     swapped = tree.substitute(failed, top, *rest)
     return Tree(swapped.root, {n.id: n for n in swapped.preorder()})
 
@@ -124,10 +137,10 @@ def insert(tree: Tree, failed: str, expanded: Expanded) -> Tree:
 class PaperPolicy:
     """Lines 1-6 as a policy: expand and insert whenever the tree fails."""
 
-    reading: Reading = LETTER
+    reading: Reading = Reading.LETTER
     planner_calls: int = 0
     expansions: int = 0
-    serial: int = field(default=0)
+    serial: int = 0
 
     def objects(self, facts: Facts, running: GroundAction | None) -> bool:
         """The paper changes a tree only where it fails."""
@@ -139,7 +152,8 @@ class PaperPolicy:
         if failed is None:
             return Ended(Outcome.BUDGET, "no condition failed", stuck=True)
         self.serial += 1
-        return insert(tree, failed, expand(tree, failed, domain, facts, self.serial, self.reading))
+        expanded = expand(tree, failed, domain, facts, self.serial, self.reading)
+        return insert(tree, failed, expanded, conflict(tree, failed, expanded, domain, record, self.reading))
 
     def ended(self, action: GroundAction, success: bool) -> None:
         """Nothing is remembered."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 from heapq import heappop, heappush
 
+from llmbt_runtime.search.landmarks import Landmarks, Record
 from llmbt_runtime.search.problem import Problem
 from llmbt_runtime.search.relaxed import relaxed_plan
 
@@ -46,18 +47,20 @@ class Budget:
         self.spent += expansions
 
 
-def best_first(problem: Problem, budget: Budget) -> tuple[int, ...] | Verdict:
-    """A plan, or why there is none."""
-    init = problem.init
-    goal, goal_ids = problem.goal, problem.goal_ids
+def best_first(problem: Problem, budget: Budget, landmarks: Landmarks | None = None) -> tuple[int, ...] | Verdict:
+    """A plan, or why there is none. With landmarks their count is a second judge, with queues of its own."""
+    init, goal, goal_ids = problem.init, problem.goal, problem.goal_ids
     parent: dict[int, tuple[int, int]] = {init: (-1, -1)}
-    closed: set[int] = set()
-    queues: list[list[tuple[int, int, int, int]]] = [[(0, 0, -1, init)], []]
-    credit = [0, 0]
+    records: dict[int, Record] = {init: landmarks.first} if landmarks is not None else {}
+    judges = 1 if landmarks is None else 2
+    # of each judge a queue of all successors and one of the preferred
+    queues: list[list[tuple[int, int, int, int]]] = [[] for _ in range(2 * judges)]
+    queues[0].append((0, 0, -1, init))
+    credit = [0] * len(queues)
+    best = [1 << 60] * judges
     serial = 0
-    best = 1 << 60
-    while queues[0] or queues[1]:
-        which = min((q for q in (1, 0) if queues[q]), key=lambda q: credit[q])
+    while any(queues):
+        which = min((q for q in range(len(queues)) if queues[q]), key=lambda q: (credit[q], -q))
         credit[which] += 1
         _, _, op, state = heappop(queues[which])
         if op >= 0:
@@ -65,26 +68,30 @@ def best_first(problem: Problem, budget: Budget) -> tuple[int, ...] | Verdict:
             if state in parent:
                 continue
             parent[state] = (before, op)
-        elif state in closed:
-            continue
         if state & goal == goal:
             return _path(parent, state)
         if not budget.take():
             return Verdict.SPENT
-        closed.add(state)
         relaxed = relaxed_plan(problem, state, goal_ids)
         if relaxed is None:
             continue
-        if relaxed.cost < best:
-            best = relaxed.cost
-            credit[1] -= _BOOST
+        marks = [relaxed.cost]
+        if landmarks is not None:
+            if op >= 0:
+                records[state] = landmarks.accept(records[before], state)
+            marks.append(landmarks.count(records[state], state))
+        for j, mark in enumerate(marks):
+            if mark < best[j]:
+                best[j] = mark
+                for q in range(judges):
+                    credit[2 * q + 1] -= _BOOST
         preferred = set(relaxed.first)
         for a in problem.applicable(state):
             serial += 1
-            entry = (relaxed.cost, serial, a, state)
-            heappush(queues[0], entry)
-            if a in preferred:
-                heappush(queues[1], entry)
+            for j, mark in enumerate(marks):
+                heappush(queues[2 * j], (mark, serial, a, state))
+                if a in preferred:
+                    heappush(queues[2 * j + 1], (mark, serial, a, state))
     return Verdict.NONE
 
 

@@ -74,9 +74,10 @@ def search(
     proof = _excluding(problem, mutexes)
     if proof is not None:
         return _either(problem, proof, purse, facts, excluded)
-    found = climb(problem, landmarks_of(problem, mutexes), purse)
+    landmarks = landmarks_of(problem, mutexes)
+    found = climb(problem, landmarks, purse)
     if found is None:
-        result = best_first(problem, purse)
+        result = best_first(problem, purse, landmarks)
         if isinstance(result, Verdict):
             if result is Verdict.SPENT:
                 return OutOfBudget(purse.spent)

@@ -18,10 +18,11 @@ _FAR = 1 << 40
 
 @dataclass(frozen=True, slots=True)
 class RelaxedPlan:
-    """The number of actions of a relaxed plan, and those of them that can be done now."""
+    """The number of actions of a relaxed plan, those of them that can be done now, and what the nearest goal costs."""
 
     cost: int
     first: tuple[int, ...]
+    nearest: int
 
 
 def relaxed_plan(problem: Problem, state: int, goals: Collection[int], *, nearest: bool = False) -> RelaxedPlan | None:
@@ -76,10 +77,10 @@ def relaxed_plan(problem: Problem, state: int, goals: Collection[int], *, neares
                         queue[c].append(q)
     if missing and not (nearest and reached):
         return None
-    return _extract(problem, state, reached, by)
+    return _extract(problem, state, reached, by, cost[reached[0]] if reached else 0)
 
 
-def _extract(problem: Problem, state: int, open_: list[int], by: list[int]) -> RelaxedPlan:
+def _extract(problem: Problem, state: int, open_: list[int], by: list[int], nearest: int) -> RelaxedPlan:
     plan: set[int] = set()
     seen: set[int] = set()
     now: list[int] = []
@@ -95,4 +96,4 @@ def _extract(problem: Problem, state: int, open_: list[int], by: list[int]) -> R
             if state & pre == pre:
                 now.append(a)
             open_.extend(problem.pre_ids[a])
-    return RelaxedPlan(len(plan), tuple(sorted(now)))
+    return RelaxedPlan(len(plan), tuple(sorted(now)), nearest)

@@ -1,0 +1,55 @@
+"""`llmbt solve`: the update loop on any STRIPS problem, in the symbolic world."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from llmbt.options import force, json_flag, out_folder, quiet
+
+__all__ = ["solve"]
+
+
+@click.command()
+@click.argument("domain", type=click.Path(path_type=Path), metavar="DOMAIN.pddl")
+@click.argument("problem", type=click.Path(path_type=Path), metavar="PROBLEM.pddl")
+@out_folder
+@click.option("--seed", type=int, default=0, show_default=True, envvar="LLMBT_SEED", help="Of all chance.")
+@click.option("--budget", type=click.IntRange(0), default=200_000, show_default=True, help="State expansions.")
+@click.option(
+    "--failure-rate", type=click.FloatRange(0, 1), default=0.0, show_default=True, help="How often an action fails."
+)
+@force
+@quiet
+@json_flag
+def solve(
+    domain: Path,
+    problem: Path,
+    folder: Path,
+    seed: int,
+    budget: int,
+    failure_rate: float,
+    force: bool,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Run the update loop on PROBLEM.pddl in the symbolic world.
+
+    DIR gets `library.xml`, every tree version, `result.json` with the executed actions, and `plan.txt` with those that
+    succeeded, as other planners write them.
+    """
+    from llmbt.commands.execute import summary
+    from llmbt.execution import solve_problem
+    from llmbt.folders import fresh_folder
+    from llmbt.progress import Progress
+    from llmbt_ir.xml import read_bytes
+
+    texts = [read_bytes(p, "PDDL file").decode("utf-8", "replace") for p in (domain, problem)]
+    progress = Progress(quiet=quiet or as_json)
+    fresh_folder(folder, force=force)
+    names = (str(domain), str(problem))
+    document = solve_problem(
+        (texts[0], texts[1]), names, folder, progress, seed=seed, budget=budget, failure_rate=failure_rate
+    )
+    return summary(document, folder, as_json=as_json)
