@@ -169,7 +169,7 @@ class _Reader:
 
     def params(self, node: Element) -> tuple[Param, ...]:
         return tuple(
-            Param(str(p.get("name")), self.type_of(p), Role(p.get("role", "")), _flag(p, "upward"))
+            Param(str(p.get("name")), self.type_of(p), Role(p.get("role", "")), _flag(p, "upward"), _flag(p, "innermost"))
             for p in node.iterfind("param")
         )
 

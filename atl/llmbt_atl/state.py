@@ -221,6 +221,7 @@ class Domain:
         if None in start or None in hold:
             return None
         s, h = tuple(c for c in start if c), tuple(c for c in hold if c)
+        s += tuple(self._inner(template, binding))
         post = [f for p in template.post if (f := self._effect(p, binding))]
         adds = frozenset(u for f in post for u in self.upward(f))
         pre = s + h
@@ -235,6 +236,14 @@ class Domain:
         if adds <= positive and not gone:
             return None
         return GroundAction(call, s, h, adds, gone, rank)
+
+    def _inner(self, template: Template, binding: Mapping[str, str]) -> Iterator[Condition]:
+        """What must not hold so that an `innermost` parameter stands for the most specific place."""
+        innermost = {f"{{{p.name}}}" for p in template.params if p.innermost}
+        for pattern in template.pre if innermost else ():
+            for arg, param in zip(pattern.args, self.library.conditions[pattern.name].params, strict=True):
+                if arg in innermost and param.upward and not pattern.negated:
+                    yield from (~c for c in self._downward(pattern.bind(binding)))
 
     def _bindings(self, template: Template, fixed: Mapping[str, str]) -> Iterator[dict[str, str]]:
         """All bindings of a template's parameters that extend `fixed`, in a fixed order."""

@@ -29,12 +29,15 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Param:
-    """A typed parameter. `upward`: what holds for a place holds for the places that contain it."""
+    """A typed parameter. Of a condition, `upward`: what holds for a place holds for the places that contain it. Of a
+    template, `innermost`: it stands for the most specific place, so that nothing that is said of it in Pre may hold for
+    a place within it."""
 
     name: str
     type: str
     role: Role = Role.NONE
     upward: bool = False
+    innermost: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -121,20 +121,24 @@ def _from(spot: Spot, first: Table[C], label: Callable[[C], str]) -> str:
 
 def _merged(first: Table[C], second: Table[C], edit: Diff[C]) -> dict[str, tuple[str, ...]]:
     """The children in the second tree, and among them the removed ones where they were."""
-    rows = {i: list(e.children) for i, e in second.entries.items()}
-    for gone in edit.removed:
-        rows[gone.id] = []
-    for gone in edit.removed:
-        if gone.at.parent is None:
-            rows[second.root].append(gone.id)
-            continue
-        row, after = rows[gone.at.parent], gone.at.after
-        siblings = first.entries[gone.at.parent].children
-        while after is not None and after not in row:
-            at = siblings.index(after)
-            after = siblings[at - 1] if at else None
-        row.insert(row.index(after) + 1 if after is not None else 0, gone.id)
-    return {i: tuple(row) for i, row in rows.items()}
+    gone = {e.id for e in edit.removed}
+    rows = {i: e.children for i, e in second.entries.items()}
+    parents = dict.fromkeys(e.at.parent for e in edit.removed if e.at.parent is not None)
+    for parent in (*parents, *gone):
+        there = set(rows.get(parent, ()))
+        behind: dict[str, list[str]] = {"": []}
+        anchor = ""
+        for child in first.entries[parent].children:
+            if child in there:
+                anchor = child
+                behind[anchor] = []
+            elif child in gone:
+                behind[anchor].append(child)
+        now = rows.get(parent, ()) if parent not in gone else ()
+        rows[parent] = (*behind[""], *(c for kept in now for c in (kept, *behind.get(kept, ()))))
+    tops = tuple(e.id for e in edit.removed if e.at.parent is None and e.id != second.root)
+    rows[second.root] = (*rows[second.root], *tops)
+    return rows
 
 
 def _touched(root: str, children: Mapping[str, tuple[str, ...]], marks: Mapping[str, object]) -> set[str]:

@@ -231,17 +231,19 @@ def _link(run: Run, stage: Stage, id_: str) -> tuple[Stage, Link, str | None]:
     whole = next((s for s in first.steps if s.get("kind") in ("chain", "goals")), None)
     if first.tree[id_].condition is not None and _is_goal(run, first, id_):
         return first, Link(id_, label, "a goal of the request", run.stages[0].name), None
-    if id_ == first.tree.root:
+    chained = whole is not None and whole.get("kind") == "chain"
+    if id_ == first.tree.root and not chained:
         return first, Link(id_, label, "the root, which holds the goals together", first.name, whole), None
-    if whole is not None and whole.get("kind") == "chain":
+    if chained:
         return first, Link(id_, label, _row_role(first.tree, id_), first.name, whole), None
     return first, Link(id_, label, "there from the first version", first.name, whole), None
 
 
 def _row_role(tree: Tree, id_: str) -> str:
     node = tree[id_]
-    what = "the action of a row" if node.kind is Kind.ACTION else "of a row"
-    return f"{what} of the chain that a plan was turned into"
+    leaf = "the action of a row" if node.kind is Kind.ACTION else "what has to hold in a row"
+    rows = "the rows, the one nearest the goals first," if node.kind is Kind.FALLBACK else "a row"
+    return f"{rows if node.children else leaf} of the chain that a plan was turned into"
 
 
 def _brought_by(run: Run, stage: Stage, id_: str) -> Stage:
@@ -277,7 +279,8 @@ def _role(step: Mapping[str, Any], tree: Tree, id_: str) -> str:
 
 
 def _is_goal(run: Run, stage: Stage, id_: str) -> bool:
-    goals = {str(g.condition) for s in (stage, run.stages[0]) for g in s.file.provenance.goals}
-    if not goals and stage.version.number == 0:
-        return stage.tree.parents.get(id_) == stage.tree.root
-    return str(stage.tree[id_].condition) in goals
+    """Whether a node stands for a goal: it has a goal's id (goals grown anew share those out in another order)."""
+    goals = [g for s in (stage, run.stages[0]) for g in s.file.provenance.goals]
+    if not goals:
+        return stage.version.number == 0 and stage.tree.parents.get(id_) == stage.tree.root
+    return id_ in {g.node for g in goals} and str(stage.tree[id_].condition) in {str(g.condition) for g in goals}

@@ -46,7 +46,12 @@ def decide(scene: Scene, facts: Facts, goals: tuple[Condition, ...]) -> ActionCa
     for touched in _of(facts, "Touching"):
         return ActionCall("release", touched.args)
     for fallen in _of(facts, "Fallen"):
-        return ActionCall("recover", (fallen.args[0], BUFFER))
+        o = fallen.args[0]
+        for b in _of(facts, "Blocks"):
+            where = place_of(scene, facts, b.args[0])
+            if b.args[1] == o and where is not None and Condition("Clear", (b.args[0],)) in facts:
+                return ActionCall("clear_away", (b.args[0], o, where, BUFFER))
+        return ActionCall("recover", (o, BUFFER))
     for goal in goals:
         if goal in facts:
             continue
@@ -76,11 +81,12 @@ def holding_conditions(action: ActionCall) -> tuple[Condition, ...]:
             return ()
 
 
-def faults_in(facts: Facts) -> list[str]:
-    """Where facts contradict the library's variables."""
+def faults_in(facts: Facts, *, carrying: bool = False) -> list[str]:
+    """Where facts contradict the library's variables. `carrying`: an action that picks and places in one runs, and what
+    it holds meanwhile is not told."""
     found = []
     hand = [f for f in facts if f.name in ("HandEmpty", "Holding", "Touching")]
-    if len(hand) != 1:
+    if len(hand) > 1 or (not hand and not carrying):
         found.append(f"hand: {sorted(map(str, hand))}")
     for o in sorted({f.args[0] for f in facts if f.name in ("On", "Clear")}):
         at = {f.name for f in facts if f.name in ("On", "Holding", "Fallen") and f.args[0] == o}
@@ -101,11 +107,12 @@ def run(world: BulletWorld, goals: tuple[Condition, ...], limit_s: float = 400.0
     episode = Episode()
     failures = 0
 
-    def tick() -> Status:
+    def tick(action: ActionCall | None = None) -> Status:
         report = world.advance()
         episode.ticks += 1
         facts = world.observe()
-        for fault in faults_in(facts):
+        carrying = action is not None and action.name in ("move_aside", "clear_away", "recover")
+        for fault in faults_in(facts, carrying=carrying):
             episode.faults.append(f"{world.time_s:.1f} s {fault}")
         nowhere = [
             o
@@ -131,7 +138,7 @@ def run(world: BulletWorld, goals: tuple[Condition, ...], limit_s: float = 400.0
         started = world.time_s
         world.start(action)
         halted = False
-        while (status := tick()) is Status.RUNNING:
+        while (status := tick(action)) is Status.RUNNING:
             if not halted and not all(c in world.observe() for c in holding_conditions(action)):
                 halted = True
             if halted and world.halt():

@@ -16,6 +16,7 @@ from llmbt_runtime.baselines import Limits, Run, run
 from llmbt_runtime.episodes import Episode, reachable
 from llmbt_runtime.executor import Change, execute
 from llmbt_runtime.outcome import Outcome
+from llmbt_runtime.search import search
 from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.update import loop
 from llmbt_runtime.update.rollout import Certificate, rollout
@@ -45,6 +46,8 @@ class Row:
     updates: int
     planner_calls: int
     ms: float
+    verified: bool
+    chained: bool
     violations: tuple[str, ...] = ()
 
     @property
@@ -80,19 +83,16 @@ def measure(episode: Episode, events: int, method: str, *, check: bool = True) -
     """Run a method on an episode."""
     world, domain = watched(episode), episode.fresh()
     changes: list[tuple[int, Change]] = []
-    real = loop.search
     calls = 0
 
     def counted(*args: object, **kwargs: object) -> object:
         nonlocal calls
         calls += 1
-        return real(*args, **kwargs)  # type: ignore[arg-type]
+        return search(*args, **kwargs)  # type: ignore[arg-type]
 
     with patch.object(loop, "search", counted):
         began = time.process_time()
-        found = run(
-            method, world, domain, episode.goals, LIMITS, keep=lambda c: changes.append((len(world.starts), c))
-        )
+        found = run(method, world, domain, episode.goals, LIMITS, keep=lambda c: changes.append((len(world.starts), c)))
         ms = (time.process_time() - began) * 1000
     right, wrong = _verdict(episode, found, world)
     broken: tuple[str, ...] = ()
@@ -116,6 +116,8 @@ def measure(episode: Episode, events: int, method: str, *, check: bool = True) -
         found.updates,
         found.planner_calls,
         ms,
+        episode.verified,
+        any(s.kind == "chain" for _, c in changes for s in c.grown.steps),
         broken,
     )
 
@@ -162,9 +164,7 @@ def violations(
     return broken
 
 
-def _too_long(
-    episode: Episode, found: Run, world: Watched, changes: list[tuple[int, Change]]
-) -> list[str]:
+def _too_long(episode: Episode, found: Run, world: Watched, changes: list[tuple[int, Change]]) -> list[str]:
     """Actions after the last disturbance or failure, against the certificate from where it left things."""
     if found.outcome is not Outcome.SUCCESS:
         return []
@@ -199,9 +199,7 @@ def _restarts(episode: Episode, changes: list[Change]) -> list[str]:
     for number, change in enumerate(changes, 1):
         domain: Domain = replace(episode.domain.for_state(change.facts))
         world = SymbolicWorld(domain, change.facts, np.random.default_rng([episode.seed, number]), ticks=episode.ticks)
-        result = execute(
-            world, domain, change.grown.tree, episode.goals, keep=lambda _: "changed"
-        )
+        result = execute(world, domain, change.grown.tree, episode.goals, keep=lambda _: "changed")
         predicted = [a.call for a in change.grown.certificate.actions]
         if result.outcome is not Outcome.SUCCESS:
             broken.append(f"version {number}, restarted, ends with {result.outcome}: {result.reason}")

@@ -1,7 +1,7 @@
 """The paper's own scenes, each with the smallest tree that a person would write for it.
 
-By hand means: in the same shape (post-condition first, every action behind its Pre), of the same templates, with nothing
-that the scene does not need. Each of these trees is rolled out, too: it works.
+By hand means: in the same shape (post-condition first, every action behind its Pre), of the same templates, with
+nothing that the scene does not need. Each of these trees is rolled out, too: it works.
 """
 
 from __future__ import annotations
@@ -204,12 +204,8 @@ def scenes() -> tuple[Scene, ...]:
     here = sorted_from("object_1", "sorting_area", "position_12")
     fell = sorted_from("object_1", "workbench", "position_12")
     dropped = canonical_cargo(object_1="workbench")
-    at_place = Cargo(
-        SHELF, (*(e for e in start.at if e[0] != "object_1"), ("obstacle_1", "position_12")), "object_1"
-    )
-    at_pick = Cargo(
-        SHELF, (*start.at, ("obstacle_1", "sorting_area")), None, frozenset({("obstacle_1", "object_3")})
-    )
+    at_place = Cargo(SHELF, (*(e for e in start.at if e[0] != "object_1"), ("obstacle_1", "position_12")), "object_1")
+    at_pick = Cargo(SHELF, (*start.at, ("obstacle_1", "sorting_area")), None, frozenset({("obstacle_1", "object_3")}))
     every = (CANONICAL,)
     return (
         _cargo("one goal", start, one, together(here)),

@@ -19,3 +19,9 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         arguments = ["run", REQUEST, "--scene", "cargo_sorting", "-o", str(folder / disturb)]
         assert main([*arguments, "--world", "symbolic", "--disturb", disturb, "-q"]) == 0
     return folder
+
+
+@pytest.fixture
+def kept() -> Path:
+    """The same runs as they were on 22 November 2026, for what is compared to the letter: how trees grow may change."""
+    return Path(__file__).parent / "runs"

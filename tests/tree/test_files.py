@@ -138,8 +138,8 @@ def test_the_order_of_trees_and_the_named_main_tree_are_no_difference() -> None:
 # -- the command ---------------------------------------------------------------------------------------------------
 
 
-def test_exit_codes_and_json(runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    v1, v2 = (str(runs / "drop" / f"tree.v00{k}.xml") for k in (1, 2))
+def test_exit_codes_and_json(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    v1, v2 = (str(kept / "drop" / f"tree.v00{k}.xml") for k in (1, 2))
     assert main(["tree", "diff", v1, v1]) == 0
     assert capsys.readouterr().out == ""
     assert main(["tree", "diff", v1, v2]) == 6
@@ -156,12 +156,12 @@ def test_exit_codes_and_json(runs: Path, tmp_path: Path, capsys: pytest.CaptureF
     assert (told["removed"], told["moved"], told["changed"], told["same"]) == ([], [], [], False)
     assert main(["tree", "diff", v1, v1, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["same"] is True
-    assert main(["tree", "diff", v1, str(runs / "drop" / "map.xml")]) == 1
+    assert main(["tree", "diff", v1, str(kept / "drop" / "map.xml")]) == 1
     assert main(["tree", "diff", v1, str(tmp_path / "none")]) == 1
 
 
-def test_a_move_and_a_removal_are_drawn(runs: Path, golden: object, capsys: pytest.CaptureFixture[str]) -> None:
-    v1, v2 = (str(runs / "obstacle_at_place" / f"tree.v00{k}.xml") for k in (1, 2))
+def test_a_move_and_a_removal_are_drawn(kept: Path, golden: object, capsys: pytest.CaptureFixture[str]) -> None:
+    v1, v2 = (str(kept / "obstacle_at_place" / f"tree.v00{k}.xml") for k in (1, 2))
     assert main(["tree", "diff", v1, v2]) == 6
     assert main(["tree", "diff", v2, v1, "--colour", "always"]) == 6
     golden("moved.txt", capsys.readouterr().out)  # type: ignore[operator]
@@ -190,7 +190,7 @@ def test_a_rewritten_file_is_the_same(runs: Path, tmp_path: Path) -> None:
     assert main(["tree", "diff", str(deep), str(joined)]) == 0
 
 
-def test_the_git_driver_of_the_docs(runs: Path, tmp_path: Path) -> None:
+def test_the_git_driver_of_the_docs(kept: Path, tmp_path: Path) -> None:
     """The three lines of docs/trees.md, in a repository."""
     text = (Path(__file__).parents[2] / "docs" / "trees.md").read_text()
     lines = [
@@ -210,19 +210,19 @@ def test_the_git_driver_of_the_docs(runs: Path, tmp_path: Path) -> None:
         return done.stdout
 
     sh("git init -q . && " + " && ".join(lines))
-    (tmp_path / "tree.xml").write_bytes((runs / "drop" / "tree.v001.xml").read_bytes())
+    (tmp_path / "tree.xml").write_bytes((kept / "drop" / "tree.v001.xml").read_bytes())
     sh("git add -A && git commit -qm one")
-    (tmp_path / "tree.xml").write_bytes((runs / "drop" / "tree.v002.xml").read_bytes())
-    (tmp_path / "new.xml").write_bytes((runs / "drop" / "tree.v000.xml").read_bytes())
+    (tmp_path / "tree.xml").write_bytes((kept / "drop" / "tree.v002.xml").read_bytes())
+    (tmp_path / "new.xml").write_bytes((kept / "drop" / "tree.v000.xml").read_bytes())
     sh("git add -AN")
     shown = sh("git diff")
     assert "[pick(object_1, workbench)]" in shown
     assert "5 added" in shown and "added" in shown.replace("5 added", "", 1)
 
 
-def test_a_text_diff_of_two_versions_is_small(runs: Path) -> None:
+def test_a_text_diff_of_two_versions_is_small(kept: Path) -> None:
     """One node a line, attributes in a fixed order: the tree's part of a `git diff` is the five nodes that came."""
-    v1, v2 = ((runs / "drop" / f"tree.v00{k}.xml").read_text().split("<TreeNodesModel>")[0] for k in (1, 2))
+    v1, v2 = ((kept / "drop" / f"tree.v00{k}.xml").read_text().split("<TreeNodesModel>")[0] for k in (1, 2))
     import difflib
 
     changed = [d for d in difflib.ndiff(v1.splitlines(), v2.splitlines()) if d[0] in "+-"]

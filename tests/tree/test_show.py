@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 from collections.abc import Callable
@@ -34,19 +35,19 @@ def told(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
 
 
 def test_statuses_in_the_recorded_state(
-    runs: Path, golden: Callable[[str, str], None], capsys: pytest.CaptureFixture[str]
+    kept: Path, golden: Callable[[str, str], None], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    golden("show_v002.txt", told(capsys, "show", runs / "drop"))
-    assert told(capsys, "show", runs / "drop") == told(capsys, "show", runs / "drop" / "tree.v002.xml")
-    coloured = told(capsys, "show", runs / "drop", "--colour", "always")
+    golden("show_v002.txt", told(capsys, "show", kept / "drop"))
+    assert told(capsys, "show", kept / "drop") == told(capsys, "show", kept / "drop" / "tree.v002.xml")
+    coloured = told(capsys, "show", kept / "drop", "--colour", "always")
     assert "\x1b[32m(HandEmpty) ✓\x1b[0m" in coloured
-    assert re.sub("\x1b\\[[0-9]*m", "", coloured) == told(capsys, "show", runs / "drop")
-    plain = told(capsys, "show", runs / "drop", "--plain")
+    assert re.sub("\x1b\\[[0-9]*m", "", coloured) == told(capsys, "show", kept / "drop")
+    plain = told(capsys, "show", kept / "drop", "--plain")
     assert not set("✓✗…") & set(plain)
-    older = told(capsys, "show", runs / "drop" / "tree.v002.xml", "--state", runs / "drop" / "tree.v001.json")
+    older = told(capsys, "show", kept / "drop" / "tree.v002.xml", "--state", kept / "drop" / "tree.v001.json")
     assert "[pick(object_1, sorting_area)] …" in older
-    assert "   g1\n" in told(capsys, "show", runs / "drop", "--ids")
-    nodes = json.loads(told(capsys, "show", runs / "drop", "--json"))["nodes"]
+    assert "   g1\n" in told(capsys, "show", kept / "drop", "--ids")
+    nodes = json.loads(told(capsys, "show", kept / "drop", "--json"))["nodes"]
     assert next(n for n in nodes if n["id"] == "g1")["status"] == "FAILURE"
 
 
@@ -68,9 +69,9 @@ def told_bytes(tmp_path: Path, *arguments: str | Path) -> str:
     return out.read_text()
 
 
-def test_a_picture_stands_alone(runs: Path, tmp_path: Path) -> None:
+def test_a_picture_stands_alone(kept: Path, tmp_path: Path) -> None:
     for direction in ("down", "right", "auto"):
-        text = told_bytes(tmp_path, "export", runs / "drop", "--format", "svg", "--direction", direction)
+        text = told_bytes(tmp_path, "export", kept / "drop", "--format", "svg", "--direction", direction)
         root = etree.fromstring(text.encode())
         assert "href" not in text and "url(" not in text
         texts = [t.text for t in root.iter(f"{SVG}text")]
@@ -94,7 +95,7 @@ def test_nothing_lies_on_anything(direction: str, made: Tree) -> None:
             boxes.append((get("x"), get("y"), get("width"), get("height")))
     assert len(boxes) == len(made)
     for k, (x, y, w, h) in enumerate(boxes):
-        assert 0 <= x and x + w <= float(str(root.get("width"))) + 1
+        assert x >= 0 and x + w <= float(str(root.get("width"))) + 1
         for x2, y2, w2, h2 in boxes[:k]:
             assert x + w <= x2 + 0.2 or x2 + w2 <= x + 0.2 or y + h <= y2 + 0.2 or y2 + h2 <= y + 0.2
 
@@ -106,7 +107,7 @@ def test_the_layout_keeps_the_order(made: Tree, data: st.DataObject) -> None:
     places = arrange((made.root,), children, extent, 5.0)
     for id_, kids in children.items():
         assert all(places[c].level == places[id_].level + 1 for c in kids)
-        for a, b in zip(kids, kids[1:], strict=False):
+        for a, b in itertools.pairwise(kids):
             gap = places[b].across - extent[b] / 2 - places[a].across - extent[a] / 2
             assert gap >= 5.0 - 1e-6
         if kids:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import shutil
 from collections.abc import Callable
@@ -9,10 +10,20 @@ from pathlib import Path
 
 import pytest
 
-from llmbt.history import origin, read_run
+from llmbt.history import Run, origin, read_run
 from llmbt.main import main
+from llmbt_ir.condition import ActionCall
 from llmbt_ir.diff import apply, diff
-from llmbt_ir.tree_xml import read_tree
+from llmbt_ir.tree import goal_tree
+from llmbt_ir.tree_xml import GoalRecord, Provenance, read_tree, write_tree
+from llmbt_ir.versions import VersionStore
+from llmbt_runtime.executor import Change
+from llmbt_runtime.record import RunFolder, signatures_of
+from llmbt_runtime.update.chain import chain_tree
+from llmbt_runtime.update.local import Step
+from llmbt_runtime.update.loop import Grown
+from llmbt_runtime.update.rollout import Certificate
+from tests.strategies import CANONICAL, canonical_cargo, cargo_library, domain_for
 
 
 def told(capsys: pytest.CaptureFixture[str], *arguments: str | Path, code: int = 0) -> str:
@@ -21,9 +32,9 @@ def told(capsys: pytest.CaptureFixture[str], *arguments: str | Path, code: int =
     return capsys.readouterr().out
 
 
-def test_the_log(runs: Path, golden: Callable[[str, str], None], capsys: pytest.CaptureFixture[str]) -> None:
-    golden("log_drop.txt", told(capsys, "log", runs / "drop"))
-    golden("log_move.txt", told(capsys, "log", runs / "obstacle_at_place", "v002", "--patch"))
+def test_the_log(kept: Path, golden: Callable[[str, str], None], capsys: pytest.CaptureFixture[str]) -> None:
+    golden("log_drop.txt", told(capsys, "log", kept / "drop"))
+    golden("log_move.txt", told(capsys, "log", kept / "obstacle_at_place", "v002", "--patch"))
 
 
 def test_a_reader_can_retell_the_run(runs: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -46,8 +57,8 @@ def test_a_reader_can_retell_the_run(runs: Path, capsys: pytest.CaptureFixture[s
             assert f"{goal['name']}({', '.join(goal['args'])})   step " in text
 
 
-def test_the_log_as_json(runs: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    document = json.loads(told(capsys, "log", runs / "drop", "--json", "--patch"))
+def test_the_log_as_json(kept: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    document = json.loads(told(capsys, "log", kept / "drop", "--json", "--patch"))
     names = [v["version"] for v in document["versions"]]
     assert names == ["v000", "v001", "v002"]
     last = document["versions"][-1]
@@ -57,17 +68,17 @@ def test_the_log_as_json(runs: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert last["certificate"]["actions"][0] == "pick(object_1, workbench)"
     assert [e["node"] for e in last["patch"]["added"]][-1] == "[pick(object_1, workbench)]"
     assert [e["kind"] for e in last["events"]][-1] == "outcome"
-    trees = [read_tree(runs / "drop" / f"tree.{n}.xml").tree for n in names]
-    for before, after in zip(trees, trees[1:], strict=False):
+    trees = [read_tree(kept / "drop" / f"tree.{n}.xml").tree for n in names]
+    for before, after in itertools.pairwise(trees):
         assert apply(diff(before, after), before) == after
 
 
 def test_why_leads_back_to_the_words(
-    runs: Path, golden: Callable[[str, str], None], capsys: pytest.CaptureFixture[str]
+    kept: Path, golden: Callable[[str, str], None], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    golden("why_drop.txt", told(capsys, "why", runs / "drop", "pick(object_1, workbench)"))
-    golden("why_move.txt", told(capsys, "why", runs / "obstacle_at_place", "[put_down(object_1, sorting_area)]"))
-    document = json.loads(told(capsys, "why", runs / "drop", "g1.e2e24976f11d", "--json"))
+    golden("why_drop.txt", told(capsys, "why", kept / "drop", "pick(object_1, workbench)"))
+    golden("why_move.txt", told(capsys, "why", kept / "obstacle_at_place", "[put_down(object_1, sorting_area)]"))
+    document = json.loads(told(capsys, "why", kept / "drop", "g1.e2e24976f11d", "--json"))
     (chain,) = document["chains"]
     assert [link["label"] for link in chain["links"]] == [
         "pick(object_1, workbench)",
@@ -75,7 +86,7 @@ def test_why_leads_back_to_the_words(
         "On(object_1, position_12)",
     ]
     assert chain["asked_for_by"]["reply_text"] == "place it on position 12"
-    reply = json.loads((runs / "drop" / "reply.json").read_text())["text"]
+    reply = json.loads((kept / "drop" / "reply.json").read_text())["text"]
     start, end = chain["asked_for_by"]["reply_span"]
     assert reply[start:end] == "place it on position 12"
 
@@ -92,22 +103,22 @@ def test_every_node_of_every_version_has_an_origin(runs: Path) -> None:
                 assert all(link.step is not None for link in chain[:-1])
 
 
-def test_nodes_that_are_not_there(runs: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    told(capsys, "why", runs / "drop", "pick(object_1, workbrench)", code=5)
-    told(capsys, "why", runs / "drop", "\x00", code=1)
-    told(capsys, "why", runs / "drop", "root")
-    assert told(capsys, "why", runs / "drop", "HandEmpty").count("asked for by") == 5
+def test_nodes_that_are_not_there(kept: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told(capsys, "why", kept / "drop", "pick(object_1, workbrench)", code=5)
+    told(capsys, "why", kept / "drop", "\x00", code=1)
+    told(capsys, "why", kept / "drop", "root")
+    assert told(capsys, "why", kept / "drop", "HandEmpty").count("asked for by") == 5
 
 
-def test_folders_that_are_no_runs(runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_folders_that_are_no_runs(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     told(capsys, "log", tmp_path, code=1)
     told(capsys, "log", tmp_path / "none", code=1)
-    told(capsys, "log", runs / "drop", "v009", code=1)
-    assert "v002" in told(capsys, "log", runs / "drop", "2")
+    told(capsys, "log", kept / "drop", "v009", code=1)
+    assert "v002" in told(capsys, "log", kept / "drop", "2")
 
 
-def test_a_killed_run_is_told_as_far_as_it_went(runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shutil.copytree(runs / "drop", tmp_path / "killed")
+def test_a_killed_run_is_told_as_far_as_it_went(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(kept / "drop", tmp_path / "killed")
     for name in ("events.jsonl", "result.json", "reply.json", "conditions.json", "steps.json"):
         (tmp_path / "killed" / name).unlink()
     text = told(capsys, "log", tmp_path / "killed")
@@ -115,8 +126,8 @@ def test_a_killed_run_is_told_as_far_as_it_went(runs: Path, tmp_path: Path, caps
     assert "step 1: place it on position 12" in told(capsys, "why", tmp_path / "killed", "g1")
 
 
-def test_a_damaged_folder_is_a_diagnostic(runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shutil.copytree(runs / "drop", tmp_path / "x")
+def test_a_damaged_folder_is_a_diagnostic(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(kept / "drop", tmp_path / "x")
     (tmp_path / "x" / "events.jsonl").write_text('{"kind": "started"}\n')
     told(capsys, "log", tmp_path / "x", code=1)
     (tmp_path / "x" / "events.jsonl").unlink()
@@ -136,3 +147,41 @@ def test_a_tree_executed_elsewhere(runs: Path, tmp_path: Path, capsys: pytest.Ca
     )
     assert "SUCCESS; 6 of 6 goals hold" in told(capsys, "log", tmp_path / "y")
     assert "place it on position 12" in told(capsys, "why", tmp_path / "y", "g1")
+
+
+@pytest.fixture
+def planned(tmp_path: Path) -> Path:
+    """A run whose v001 is the chain of a plan, and whose v002 was grown anew with its goals in another order."""
+    domain = domain_for(canonical_cargo())
+    facts = canonical_cargo().facts()
+    goals = CANONICAL[:2]
+    calls = ("pick", "object_2", "sorting_area"), ("place", "object_2", "position_13")
+    plan = tuple(a for name, *args in calls if (a := domain.action(ActionCall(name, tuple(args)))) is not None)
+    signatures = signatures_of(cargo_library())
+    records = tuple(GoalRecord(f"g{k}", g, f"step {k}: put it there") for k, g in enumerate(goals, 1))
+    xml = write_tree(goal_tree((goals,)), signatures, Provenance(goals=records))
+    store = VersionStore(tmp_path / "run")
+    store.append(xml, {"parent": None, "request": "put them there"}, 0)
+    folder = RunFolder(tmp_path / "run", signatures, records, 0, "", "tree.v000.xml")
+    certificate = Certificate(plan, (facts,), ())
+    calls_text = " ".join(str(a) for a in plan)
+    for kind, tree in (("chain", chain_tree(goals, plan)), ("goals", goal_tree((goals[::-1],)))):
+        steps = (Step(kind, "root", "", calls_text, reason="because"),)
+        grown = Grown(tree, certificate, steps, 1, 42)
+        folder.keep(Change(3, 0.3, "it failed", frozenset(), frozenset(), facts, grown))
+    return tmp_path / "run"
+
+
+def test_plans_are_told_and_traced(planned: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = told(capsys, "log", planned)
+    assert "plan: pick(object_2, sorting_area), place(object_2, position_13)" in text
+    assert "1 call(s), 42 states expanded" in text
+    run = read_run(planned)
+    chain = run.stages[1].tree
+    for node in chain.preorder():
+        (links,) = origin(Run(run.folder, run.stages[:2], {}, {}, (), ()), node.id)
+        wanted = "goal" if node.id in ("g1", "g2") else "goals together" if node.id == "root" else "chain"
+        assert wanted in links[-1].role, node
+    (links,) = origin(run, "g1")
+    assert links[-1].label == str(CANONICAL[1])
+    assert "step 2: put it there" in told(capsys, "why", planned, "g1")

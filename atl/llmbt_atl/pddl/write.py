@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from xml.sax.saxutils import quoteattr
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import Param, Pattern, Template
@@ -16,8 +15,25 @@ def write_library(library: Library) -> bytes:
     return ("\n".join(_library(library)) + "\n").encode()
 
 
+_ENTITIES = (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;"), ("\n", "&#10;"), ("\t", "&#9;"))
+
+
+def _quoted(value: str) -> str:
+    """An attribute's value in quotation marks; xml.sax.saxutils would do it, but brings urllib and ssl with it."""
+    for sign, entity in (
+        ("&", "&amp;"),
+        ("<", "&lt;"),
+        (">", "&gt;"),
+        ('"', "&quot;"),
+        ("\n", "&#10;"),
+        ("\t", "&#9;"),
+    ):
+        value = value.replace(sign, entity)
+    return f'"{value}"'
+
+
 def _tag(name: str, attributes: Iterable[tuple[str, str]], *, close: bool = True) -> str:
-    return f"<{name}{''.join(f' {k}={quoteattr(v)}' for k, v in attributes)}{'/' if close else ''}>"
+    return f"<{name}{''.join(f' {k}={_quoted(v)}' for k, v in attributes)}{'/' if close else ''}>"
 
 
 def _library(library: Library) -> Iterator[str]:
@@ -77,6 +93,8 @@ def _params(params: Iterable[Param]) -> Iterator[str]:
             attributes.append(("role", p.role.value))
         if p.upward:
             attributes.append(("upward", "true"))
+        if p.innermost:
+            attributes.append(("innermost", "true"))
         yield _tag("param", attributes)
 
 

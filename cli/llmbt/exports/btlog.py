@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's recording of a run (`.btlog`, FileLogger2), which Groot2 and btview replay.
+"""BehaviorTree.CPP's recording of a run (`.btlog`, FileLogger2), which Groot2 replays.
 
 Layout: `BTCPP4-FileLogger2`, 0x01, the XML's length (i32) and the XML, the start in microseconds (i64), then records
 of 9 bytes: microseconds since the start (u48), node (u16), status (u8); all little-endian. Nodes are numbered from 1

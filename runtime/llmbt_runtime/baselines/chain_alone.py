@@ -34,7 +34,7 @@ class ChainPolicy:
         ends = running.deletes if running is not None else frozenset()
         return not (facts <= self.believed and self.believed - facts <= ends)
 
-    def revise(self, tree: Tree, domain: Domain, facts: Facts, record: TickRecord) -> Tree | Ended:
+    def revise(self, _tree: Tree, domain: Domain, facts: Facts, _record: TickRecord) -> Tree | Ended:
         """A new chain for the cheapest alternative that has a plan."""
         costs = h_add(domain, facts)
         dead: list[Unsolvable] = []

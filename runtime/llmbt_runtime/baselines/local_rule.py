@@ -26,7 +26,7 @@ class LocalPolicy:
     expansions: int = 0
     moved: frozenset[Move] = frozenset()
 
-    def objects(self, facts: Facts, running: GroundAction | None) -> bool:
+    def objects(self, _facts: Facts, _running: GroundAction | None) -> bool:
         """A tree is changed only where it fails."""
         return False
 
@@ -42,5 +42,5 @@ class LocalPolicy:
                 return mended.tree
         return Ended(Outcome.BUDGET, "the local rule knows no edit", stuck=True)
 
-    def ended(self, action: GroundAction, success: bool) -> None:
+    def ended(self, _action: GroundAction, _success: bool) -> None:
         """Nothing is remembered."""

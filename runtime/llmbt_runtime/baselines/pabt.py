@@ -54,11 +54,11 @@ class PaBtPolicy:
     expansions: int = 0
     expanded: set[str] = field(default_factory=set)
 
-    def objects(self, facts: Facts, running: GroundAction | None) -> bool:
+    def objects(self, _facts: Facts, _running: GroundAction | None) -> bool:
         """A tree is changed only where it fails."""
         return False
 
-    def revise(self, tree: Tree, domain: Domain, facts: Facts, record: TickRecord) -> Tree | Ended:
+    def revise(self, tree: Tree, domain: Domain, _facts: Facts, record: TickRecord) -> Tree | Ended:
         """Expand the first failed condition that has achievers."""
         failed = {id_ for id_, status in record.trace if status is NodeStatus.FAILURE}
         for id_ in breadth_first(tree):
@@ -73,5 +73,5 @@ class PaBtPolicy:
                 return resolve(tree, id_, actions, domain)
         return Ended(Outcome.BUDGET, "nothing is left to expand", stuck=True)
 
-    def ended(self, action: GroundAction, success: bool) -> None:
+    def ended(self, _action: GroundAction, _success: bool) -> None:
         """Nothing is remembered."""

@@ -7,9 +7,9 @@ What the pseudo-code says, line by line, and what follows from it:
 - line 12, `Gamma <- T_st`, overwrites: the last template that matches is the only achiever, whatever it costs.
 - line 15 returns `Pre(a)` after the loop: the preconditions of the LAST TEMPLATE OF THE LIBRARY, matching or not.
 - line 14 makes `Fallback(c_f)` where nothing matches: the tree fails as before, at the same node, for ever.
-- line 18, `Type`, is not defined: here a condition's name. So On(a, p) and On(b, q) conflict, HandEmpty and
-  Holding(a) do not.
-- line 17, `HigherPriorityNodes`: every condition that ranks before c_f, also the heads of Fallbacks above and beside it.
+- line 18, `Type`, is not defined: here a condition's name. So On(a, p) and On(b, q) conflict, HandEmpty
+  and Holding(a) do not.
+- line 17, `HigherPriorityNodes`: every condition that ranks before c_f, also the heads of Fallbacks above it.
 - line 22, `Add`, puts T_exp before the first of these that is of a conflicting type, wherever that stands: before the
   head of a Fallback, T_exp becomes the Fallback's first child. c_f stays where it was, a second time.
 - line 1, `while R != Success`, has no bound: `Limits` is one.
@@ -17,11 +17,11 @@ What the pseudo-code says, line by line, and what follows from it:
 A template's free parameters (the paper's "L-parameter") are not said to be bound by anything: here those of which most
 preconditions hold at present, in the library's order. Sequence and Fallback are reactive, as section III describes.
 
-`Reading.KIND` is the algorithm as the text around it and its figures mean it: Gamma collects every match, Pre(a) is that
-of the matches, and a conflict is what section IV.D says it is, "if there is a node in C_h returns Success, a node in C_a
-will never be satisfied": C_h are the conditions that succeeded on this tick, and one that excludes a condition of Pre(a)
-conflicts with it. It gives the paper's own example; what is left is that c_f stays where it was, that nothing looks
-for a way to the end, and that nothing bounds it.
+`Reading.KIND` is the algorithm as the text around it means it: Gamma collects every match, Pre(a) is that of the
+matches, and a conflict is what section IV.D says of one, that where a node in C_h returns Success a node in C_a is never
+satisfied: C_h are the conditions that succeeded on this tick, and one that excludes a condition of Pre(a) conflicts
+with it. That gives the paper's own example; what is left is that c_f stays where it was, that nothing looks for a way
+to the end, and that nothing bounds it.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ class PaperPolicy:
     expansions: int = 0
     serial: int = 0
 
-    def objects(self, facts: Facts, running: GroundAction | None) -> bool:
+    def objects(self, _facts: Facts, _running: GroundAction | None) -> bool:
         """The paper changes a tree only where it fails."""
         return False
 
@@ -155,5 +155,5 @@ class PaperPolicy:
         expanded = expand(tree, failed, domain, facts, self.serial, self.reading)
         return insert(tree, failed, expanded, conflict(tree, failed, expanded, domain, record, self.reading))
 
-    def ended(self, action: GroundAction, success: bool) -> None:
+    def ended(self, _action: GroundAction, _success: bool) -> None:
         """Nothing is remembered."""

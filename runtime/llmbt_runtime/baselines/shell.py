@@ -74,13 +74,13 @@ class Policy(Protocol):
     planner_calls: int
     expansions: int
 
-    def objects(self, facts: Facts, running: GroundAction | None) -> bool:
+    def objects(self, facts: Facts, running: GroundAction | None, /) -> bool:
         """Whether the tree is to be revised although it does not fail."""
 
-    def revise(self, tree: Tree, domain: Domain, facts: Facts, record: TickRecord) -> Tree | Ended:
+    def revise(self, tree: Tree, domain: Domain, facts: Facts, record: TickRecord, /) -> Tree | Ended:
         """The tree to go on with, from a state at which no action runs."""
 
-    def ended(self, action: GroundAction, success: bool) -> None:
+    def ended(self, action: GroundAction, success: bool, /) -> None:
         """Hear how an action ended."""
 
 

@@ -84,8 +84,8 @@ def episode(kind: str, seed: int, *, events: int = 0, rough: bool = False) -> Ep
 
 
 def _wanted(kind: str, seed: int, truth: Label, draft: Draft, *, last: bool) -> bool:
-    """Whether a draft is of its kind: no dead ends in `strips`; in the kinds that have them, three in five can be solved
-    if nothing bad happens; nothing that takes only a step or two."""
+    """Whether a draft is of its kind: no dead ends in `strips`; three in five of the kinds that have them can be
+    solved; nothing that takes only a step or two."""
     if kind == "strips" and (truth.dead_ends or not truth.solvable):
         return False
     if kind in ("dead-ends", "coins") and not truth.dead_ends:

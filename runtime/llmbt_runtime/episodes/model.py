@@ -63,7 +63,9 @@ def flag(name: str) -> ConditionType:
     return ConditionType(name, (), goal=True)
 
 
-def legal(domain: Domain, name: str, when: tuple[Condition, ...], removes: set[Condition], adds: set[Condition]) -> Event:
+def legal(
+    domain: Domain, name: str, when: tuple[Condition, ...], removes: set[Condition], adds: set[Condition]
+) -> Event:
     """What somebody else does: where `when` holds, facts end and begin, with all that containment implies."""
     up_removes = frozenset(u for f in removes for u in domain.upward(f))
     up_adds = frozenset(u for f in adds for u in domain.upward(f))

@@ -64,7 +64,7 @@ def random_strips(rng: np.random.Generator, *, negation: bool = False, costly: b
     held = [f for f in flags if rng.random() < 0.4]
     facts = _one_each(frozenset(Condition(f) for f in held), group)
     domain = Domain(lib, {}).for_state(facts)
-    goals = _goals(rng, flags, group, facts, negation)
+    goals = _goals(rng, flags, group, negation)
     return Draft(domain, facts, (goals,), _moves(rng, domain, flags, group))
 
 
@@ -74,9 +74,7 @@ def _one_each(facts: Facts, group: tuple[str, ...]) -> Facts:
     return facts - frozenset(values[1:])
 
 
-def _goals(
-    rng: np.random.Generator, flags: list[str], group: tuple[str, ...], facts: Facts, negation: bool
-) -> tuple[Condition, ...]:
+def _goals(rng: np.random.Generator, flags: list[str], group: tuple[str, ...], negation: bool) -> tuple[Condition, ...]:
     chosen: list[Condition] = []
     for i in rng.permutation(len(flags)):
         literal = Condition(flags[i], (), negation and bool(rng.random() < 0.4))
@@ -127,9 +125,7 @@ def threats(rng: np.random.Generator) -> Draft:
     domain = Domain(lib, {}).for_state(facts)
     wanted = [goals[i] for i in rng.permutation(n)]
     moves = [legal(domain, f"undo {g}", (Condition(g),), {Condition(g)}, set()) for g in goals]
-    moves += [
-        legal(domain, f"knock {t} off", (Condition(t),), {Condition(t)}, {Condition(bare)}) for t in tools
-    ]
+    moves += [legal(domain, f"knock {t} off", (Condition(t),), {Condition(t)}, {Condition(bare)}) for t in tools]
     moves += [legal(domain, f"use up {s}", (Condition(s),), {Condition(s)}, set()) for s in spare]
     chosen = tuple(moves[i] for i in rng.permutation(len(moves))[:4])
     return Draft(domain, facts, (tuple(Condition(g) for g in wanted),), chosen)

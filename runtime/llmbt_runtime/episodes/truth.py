@@ -75,17 +75,13 @@ class _Space:
     def steps(self, state: int) -> list[tuple[_Op, int]]:
         """Each action that can be done, with the state after it."""
         return [
-            (op, state & ~op.lose | op.gain)
-            for op in self.ops
-            if state & op.need == op.need and not state & op.forbid
+            (op, state & ~op.lose | op.gain) for op in self.ops if state & op.need == op.need and not state & op.forbid
         ]
 
     def fired(self, state: int) -> list[tuple[int, int]]:
         """Each event that can happen, with what it removes."""
         return [
-            (state & ~lose | gain, lose)
-            for yes, no, lose, gain in self.events
-            if state & yes == yes and not state & no
+            (state & ~lose | gain, lose) for yes, no, lose, gain in self.events if state & yes == yes and not state & no
         ]
 
     def meanwhile(self, state: int, op: _Op) -> set[int]:
@@ -148,9 +144,7 @@ def label(domain: Domain, facts: Facts, goals: Goals, events: Iterable[Event], c
     queue = deque([space.start])
     while queue:
         state = queue.popleft()
-        steps = [
-            (op, then, space.meanwhile(state, op) if space.events else {then}) for op, then in space.steps(state)
-        ]
+        steps = [(op, then, space.meanwhile(state, op) if space.events else {then}) for op, then in space.steps(state)]
         after[state] = steps
         found = {end for _, then, ends in steps for end in (then, *ends)} | {then for then, _ in space.fired(state)}
         for then in sorted(found):

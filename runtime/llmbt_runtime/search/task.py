@@ -173,11 +173,14 @@ class _Compiler:
                 if o in self.thing and place in self.thing:
                     inner[self.thing[o]].append(self.thing[place])
         self.inner = inner
-        self.typed: dict[_Fact, bool] = {}
-        self.up: dict[_Fact, tuple[_Fact, ...]] = {}
-        self.family: dict[_Fact, tuple[_Fact, ...]] = {}
-        self.keys: dict[_Fact, tuple[_Fact, ...]] = {}
-        self.rest: dict[tuple[_Fact, _Fact], tuple[_Fact, ...]] = {}
+        self.depth = [len(o) for o in self.outer]
+        self.number: dict[_Fact, int] = {}
+        self.lookup: dict[_Fact, int] = {}
+        self.facts: list[_Fact] = []
+        self.upward: list[tuple[int, ...]] = []
+        self.keys: list[tuple[_Fact, ...]] = []
+        self.family: dict[int, tuple[int, ...]] = {}
+        self.rest: dict[tuple[int, _Fact], tuple[int, ...]] = {}
         self.values: dict[int, list[tuple[int, tuple[int, ...]]]] = {}
         for v, variable in enumerate(library.variables):
             for value in variable.values:
@@ -185,47 +188,49 @@ class _Compiler:
                 self.values.setdefault(self.name[value.name], []).append(
                     (v, tuple(at[p.name] for p in variable.params))
                 )
-        self.number: dict[_Fact, int] = {}
 
     # -- what follows from one fact ----------------------------------------------------------------
 
-    def is_typed(self, fact: _Fact) -> bool:
-        known = self.typed.get(fact)
-        if known is None:
-            pools = self.param_fits[fact[0]]
-            known = self.typed[fact] = all(a in pool for a, pool in zip(fact[1:], pools, strict=True))
+    def typed_number(self, fact: _Fact) -> int:
+        """The number of a fact, -1 where an argument is not of the declared type."""
+        pools = self.param_fits[fact[0]]
+        fits = all(a in pool for a, pool in zip(fact[1:], pools, strict=True))
+        known = self.lookup[fact] = self.fact_number(fact) if fits else -1
         return known
 
-    def upward(self, fact: _Fact) -> tuple[_Fact, ...]:
-        known = self.up.get(fact)
+    def fact_number(self, fact: _Fact) -> int:
+        """The number of a fact, with what it implies and the variables of which it is a value."""
+        known = self.number.get(fact)
         if known is None:
-            found = [fact]
+            known = self.number[fact] = len(self.facts)
+            self.facts.append(fact)
+            self.keys.append(self.variables_of(fact))
+            self.upward.append((known,))
+            above = [known]
             for i in self.upward_at[fact[0]]:
-                found += [(*fact[: i + 1], o, *fact[i + 2 :]) for o in self.outer[fact[i + 1]]]
-            known = self.up[fact] = tuple(found)
+                above += [self.fact_number((*fact[: i + 1], o, *fact[i + 2 :])) for o in self.outer[fact[i + 1]]]
+            self.upward[known] = tuple(above)
         return known
 
-    def related(self, fact: _Fact) -> tuple[_Fact, ...]:
+    def related(self, number: int) -> tuple[int, ...]:
         """A fact with what it implies and what implies it."""
-        known = self.family.get(fact)
+        known = self.family.get(number)
         if known is None:
-            found = list(self.upward(fact))
+            fact = self.facts[number]
+            found = list(self.upward[number])
             for i in self.upward_at[fact[0]]:
-                found += [(*fact[: i + 1], o, *fact[i + 2 :]) for o in self.inner[fact[i + 1]]]
-            known = self.family[fact] = tuple(found)
+                found += [self.fact_number((*fact[: i + 1], o, *fact[i + 2 :])) for o in self.inner[fact[i + 1]]]
+            known = self.family[number] = tuple(found)
         return known
 
     def variables_of(self, fact: _Fact) -> tuple[_Fact, ...]:
-        known = self.keys.get(fact)
-        if known is None:
-            found = []
-            for v, at in self.values.get(fact[0], ()):
-                key = tuple(fact[i + 1] for i in at)
-                params = self.domain.library.variables[v].params
-                if all(k in self.fits[p.type] for k, p in zip(key, params, strict=True)):
-                    found.append((v, *key))
-            known = self.keys[fact] = tuple(found)
-        return known
+        found = []
+        for v, at in self.values.get(fact[0], ()):
+            key = tuple([fact[i + 1] for i in at])
+            params = self.domain.library.variables[v].params
+            if all(k in self.fits[p.type] for k, p in zip(key, params, strict=True)):
+                found.append((v, *key))
+        return tuple(found)
 
     def together(self, a: _Fact, b: _Fact) -> bool:
         if a[0] != b[0]:
@@ -236,10 +241,11 @@ class _Compiler:
             for i, (x, y) in enumerate(zip(a[1:], b[1:], strict=True))
         )
 
-    def others(self, fact: _Fact, key: _Fact) -> tuple[_Fact, ...]:
+    def others(self, number: int, key: _Fact) -> tuple[int, ...]:
         """All other values of a variable."""
-        known = self.rest.get((fact, key))
+        known = self.rest.get((number, key))
         if known is None:
+            fact = self.facts[number]
             library = self.domain.library
             variable = library.variables[key[0]]
             binding = dict(zip((p.name for p in variable.params), key[1:], strict=True))
@@ -254,28 +260,19 @@ class _Compiler:
                 for args in product(*pools):
                     other = (self.name[value.name], *args)
                     if not self.together(fact, other):
-                        found.append(other)
-            known = self.rest[fact, key] = tuple(found)
+                        found.append(self.fact_number(other))
+            known = self.rest[number, key] = tuple(found)
         return known
 
     # -- actions -----------------------------------------------------------------------------------
 
-    def fact_number(self, fact: _Fact) -> int:
-        number = self.number
-        known = number.get(fact)
-        if known is None:
-            known = number[fact] = len(number)
-        return known
-
     def task(self) -> Task:
         ops = tuple(op for t in self.domain.library.templates.values() for op in self.template(t))
-        facts = tuple(Condition(self.names[f[0]], tuple(self.things[a] for a in f[1:])) for f in self.number)
-        keys = tuple(self.variables_of(f) if len(self.upward_at[f[0]]) < 2 else () for f in self.number)
-        related = {
-            i: frozenset(self.number[r] for r in self.related(f) if r in self.number)
-            for f, i in self.number.items()
-            if self.upward_at[f[0]]
-        }
+        mentioned = range(len(self.facts))
+        related = {i: frozenset(self.related(i)) for i in mentioned if self.upward_at[self.facts[i][0]]}
+        things, names = self.things, self.names
+        facts = tuple([Condition(names[f[0]], tuple([things[a] for a in f[1:]])) for f in self.facts])
+        keys = tuple(k if len(self.upward_at[f[0]]) < 2 else () for f, k in zip(self.facts, self.keys, strict=True))
         return Task(self.domain, facts, {f: i for i, f in enumerate(facts)}, ops, keys, related)
 
     def template(self, template: Template) -> Iterator[Op]:
@@ -300,55 +297,76 @@ class _Compiler:
         ):
             return
         pre_p, post_p, del_p = compiled(template.pre), compiled(template.post), compiled(template.deletes)
+        innermost = {at[p.name] for p in template.params if p.innermost}
+        inmost = [
+            (c, args, i) for c, args, neg in pre_p if not neg for i in self.upward_at[c] if args[i] in innermost
+        ]
         unequal = [(at[a], at[b]) for a, b in template.unequal]
-        number, upward = self.fact_number, self.upward
         order = 100 * list(self.domain.library.templates).index(template.name)
+        lookup, typed = self.lookup, self.typed_number
+        upward, keys, depth = self.upward, self.keys, self.depth
         for values in self.bindings(template, unequal):
-            pre: list[tuple[_Fact, bool]] = []
+            pre: list[int] = []
             for c, args, negated in pre_p:
                 fact = (c, *[values[a] if a >= 0 else ~a for a in args])
-                if not self.is_typed(fact):
+                number = lookup.get(fact)
+                if number is None:
+                    number = typed(fact)
+                if number < 0:
                     break
-                pre.append((fact, negated))
+                pre.append(2 * number + negated)
             else:
-                positive = {f for f, negated in pre if not negated}
-                if len(positive) < len(pre) and any(f in positive for f, negated in pre if negated):
+                for c, args, i in inmost:
+                    f = (c, *[values[a] if a >= 0 else ~a for a in args])
+                    pre += [
+                        2 * self.fact_number((*f[: i + 1], place, *f[i + 2 :])) + 1 for place in self.inner[f[i + 1]]
+                    ]
+                literals = dict.fromkeys(pre)
+                if any(p ^ 1 in literals for p in literals):
                     continue
                 post = self.effects(post_p, values)
-                adds = {u for f in post for u in upward(f)} if len(post) else set()
+                adds = {u for f in post for u in upward[f]}
                 deletes = set(self.effects(del_p, values))
-                for fact in post:
-                    self.ended(fact, pre, positive, deletes)
+                if any(keys[f] for f in post):
+                    self.ended(post, literals, deletes)
                 deletes -= adds
-                if not deletes and adds <= positive:
+                if not deletes and all(2 * f in literals for f in adds):
                     continue
                 yield Op(
                     template.name,
-                    tuple(self.things[v] for v in values),
-                    tuple(dict.fromkeys(2 * number(f) + negated for f, negated in pre)),
-                    tuple(sorted(map(number, sorted(adds)))),
-                    tuple(sorted(map(number, sorted(deletes)))),
-                    order - sum(len(self.outer[v]) for v in values),
+                    tuple([self.things[v] for v in values]),
+                    tuple(literals),
+                    tuple(sorted(adds)),
+                    tuple(sorted(deletes)),
+                    order - sum([depth[v] for v in values]),
                 )
 
-    def effects(self, patterns: list[tuple[int, tuple[int, ...], bool]], values: tuple[int, ...]) -> list[_Fact]:
+    def effects(self, patterns: list[tuple[int, tuple[int, ...], bool]], values: tuple[int, ...]) -> list[int]:
+        """The numbers of the effects; an ill-typed one is void."""
         found = []
         for c, args, _ in patterns:
             fact = (c, *[values[a] if a >= 0 else ~a for a in args])
-            if self.is_typed(fact):
-                found.append(fact)
+            number = self.lookup.get(fact)
+            if number is None:
+                number = self.typed_number(fact)
+            if number >= 0:
+                found.append(number)
         return found
 
-    def ended(self, fact: _Fact, pre: list[tuple[_Fact, bool]], positive: set[_Fact], deletes: set[_Fact]) -> None:
-        """What ends when `fact` begins: of each of its variables the value in `pre`, or else all others."""
-        for key in self.variables_of(fact):
-            known = False
-            for p, negated in pre:
-                if not negated and p != fact and key in self.variables_of(p):
-                    known = True
+    def ended(self, post: list[int], literals: Mapping[int, None], deletes: set[int]) -> None:
+        """What ends when effects begin: of each of their variables the value in `literals`, or else all others."""
+        known: dict[_Fact, list[int]] = {}
+        for p in literals:
+            if not p & 1:
+                for key in self.keys[p >> 1]:
+                    known.setdefault(key, []).append(p >> 1)
+        for fact in post:
+            for key in self.keys[fact]:
+                before = [p for p in known.get(key, ()) if p != fact]
+                for p in before:
                     deletes.update(self.related(p))
-            if not known and fact not in positive:
-                deletes.update(self.others(fact, key))
+                if not before and 2 * fact not in literals:
+                    deletes.update(self.others(fact, key))
 
     def bindings(self, template: Template, unequal: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
         """All bindings, preconditions that nothing brings about joined first."""
