@@ -289,14 +289,17 @@ class Domain:
         )
 
     @cached_property
-    def _by_call(self) -> Mapping[ActionCall, GroundAction]:
-        return {a.call: a for a in self.actions}
+    def _grounded(self) -> dict[ActionCall, GroundAction | None]:
+        """Ground actions by their calls, as far as they have been asked for."""
+        return {}
 
     def action(self, call: ActionCall) -> GroundAction | None:
         """The ground action of a call; None where the library or the scene has no such thing."""
-        found = self._by_call.get(call)
-        if found is not None:
-            return found
+        if call not in self._grounded:
+            self._grounded[call] = self._of_call(call)
+        return self._grounded[call]
+
+    def _of_call(self, call: ActionCall) -> GroundAction | None:
         template = self.library.templates.get(call.name)
         if template is None or len(template.params) != len(call.args):
             return None
@@ -305,19 +308,32 @@ class Domain:
             return None
         return self.ground(template, binding, self._rank(template, binding))
 
+    def _adding(self, fact: Condition) -> Iterator[GroundAction]:
+        """The actions that add a fact, template by template; only their bindings are grounded."""
+        sources = (fact, *self._downward(fact))
+        for template in self.library.templates.values():
+            calls: dict[ActionCall, None] = {}
+            for pattern in template.post:
+                matches = (_match(pattern, s, {}) for s in sources if s.name == pattern.name)
+                for fixed in (m for m in matches if m is not None):
+                    for b in self._bindings(template, fixed):
+                        calls[ActionCall(template.name, tuple(b[p.name] for p in template.params))] = None
+            found = (self.action(call) for call in calls)
+            yield from (a for a in found if a is not None and fact in a.adds)
+
     @cached_property
     def _achievers(self) -> Mapping[Condition, tuple[GroundAction, ...]]:
+        """For negated literals; what adds a fact is found without grounding everything."""
         table: defaultdict[Condition, list[GroundAction]] = defaultdict(list)
         for a in self.actions:
-            for f in a.adds:
-                table[f].append(a)
             for f in a.deletes:
                 table[~f].append(a)
         return {k: tuple(v) for k, v in table.items()}
 
     def achievers(self, condition: Condition) -> tuple[GroundAction, ...]:
         """The actions after which a literal holds and before which it need not."""
-        return tuple(a for a in self._achievers.get(condition, ()) if condition not in a.pre)
+        found = self._achievers.get(condition, ()) if condition.negated else self._adding(condition)
+        return tuple(a for a in found if condition not in a.pre)
 
 
 def _match(pattern: Pattern, fact: Condition, binding: Mapping[str, str]) -> dict[str, str] | None:
@@ -357,12 +373,14 @@ def domain_of(library: Library, semantic_map: SemanticMap) -> Domain:
     is of a type that the library does not declare.
     """
     faults = []
-    for entry in (*semantic_map.places, *semantic_map.objects):
-        if entry.type not in library.types:
-            close = nearest(entry.type, library.types)
-            title = f"`{entry.id}` is of type `{entry.type}`, which library `{library.name}` does not declare"
+    entries = [(p.id, p.type, p.line) for p in semantic_map.places]
+    entries += [(o.id, o.type, o.line) for o in semantic_map.objects]
+    for id_, type_, line in entries:
+        if type_ not in library.types:
+            close = nearest(type_, library.types)
+            title = f"`{id_}` is of type `{type_}`, which library `{library.name}` does not declare"
             hint = f"did you mean {', '.join(close)}?" if close else f"it declares {', '.join(library.types)}"
-            span = Span(semantic_map.source, entry.line)
+            span = Span(semantic_map.source, line)
             faults.append(Diagnostic("E036", title, span, help=hint, candidates=close))
     if faults:
         raise LlmbtError(*faults)

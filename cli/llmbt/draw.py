@@ -123,19 +123,18 @@ def _merged(first: Table[C], second: Table[C], edit: Diff[C]) -> dict[str, tuple
     """The children in the second tree, and among them the removed ones where they were."""
     gone = {e.id for e in edit.removed}
     rows = {i: e.children for i, e in second.entries.items()}
-    parents = dict.fromkeys(e.at.parent for e in edit.removed if e.at.parent is not None)
-    for parent in (*parents, *gone):
-        there = set(rows.get(parent, ()))
-        behind: dict[str, list[str]] = {"": []}
-        anchor = ""
+    rows |= {i: tuple(c for c in first.entries[i].children if c in gone) for i in gone}
+    for parent in {e.at.parent for e in edit.removed} - gone - {None}:
+        assert parent is not None
+        there = set(rows[parent])
+        anchor, behind = "", {"": list[str]()}
         for child in first.entries[parent].children:
             if child in there:
                 anchor = child
                 behind[anchor] = []
             elif child in gone:
                 behind[anchor].append(child)
-        now = rows.get(parent, ()) if parent not in gone else ()
-        rows[parent] = (*behind[""], *(c for kept in now for c in (kept, *behind.get(kept, ()))))
+        rows[parent] = (*behind[""], *(c for kept in rows[parent] for c in (kept, *behind.get(kept, ()))))
     tops = tuple(e.id for e in edit.removed if e.at.parent is None and e.id != second.root)
     rows[second.root] = (*rows[second.root], *tops)
     return rows

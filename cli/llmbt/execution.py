@@ -210,7 +210,6 @@ def _execute(
         )
     finally:
         world.close()
-    run.write_story()
     write_result(run.folder, document)
     return document
 

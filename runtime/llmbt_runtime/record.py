@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +39,6 @@ class RunFolder:
     number: int
     parent_sha256: str
     parent_file: str
-    _story: list[str] = field(default_factory=list)
 
     def keep(self, change: Change) -> str:
         """Store a changed tree as the next version, whole on the disk before this returns; its name."""
@@ -86,13 +85,11 @@ class RunFolder:
         return Provenance(name, self.parent_sha256, self.goals, tuple(entries))
 
     def tell(self, happening: Happening) -> None:
-        """Keep a line of the story for `events.jsonl`."""
+        """Add a line of the story to `events.jsonl`, in one write."""
         line = {"kind": happening.kind, "sim_time_s": round(happening.time_s, 3), "text": happening.text}
-        self._story.append(json.dumps({**line, **happening.details}, ensure_ascii=False))
-
-    def write_story(self) -> None:
-        """Write the story so far."""
-        write_atomic(self.folder / "events.jsonl", ("\n".join(self._story) + "\n").encode())
+        whole = json.dumps({**line, **happening.details}, ensure_ascii=False) + "\n"
+        with (self.folder / "events.jsonl").open("ab", buffering=0) as out:
+            out.write(whole.encode())
 
 
 def _texts(facts: frozenset[Condition]) -> list[str]:

@@ -117,7 +117,9 @@ def run(world: BulletWorld, goals: tuple[Condition, ...], limit_s: float = 400.0
         nowhere = [
             o
             for o in world.objects()
-            if world.at_rest and not any(f.args[0] == o for f in facts if f.name in ("On", "Holding", "Fallen"))
+            if world.at_rest
+            and not (carrying and action is not None and o == action.args[0])
+            and not any(f.args[0] == o for f in facts if f.name in ("On", "Holding", "Fallen"))
         ]
         if nowhere:
             episode.faults.append(f"{world.time_s:.1f} s nowhere: {nowhere}")

@@ -97,7 +97,6 @@ def play(
     with patch.object(loop, "search", wraps=loop.search) as search:
         result = execute(world, domain, trees[0], goals, keep=keep, tell=tell, settings=settings)
     if run and folder:
-        run.write_story()
         document = result_document(result, world, versions=len(changes) + 1, seed=seed, wall_time_s=0.0, extra={})
         write_result(folder, document)
     return Episode(result, changes, story, search.call_count, len(world.disturbances()), told)

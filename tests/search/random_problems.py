@@ -71,6 +71,7 @@ def templates_over(draw: st.DrawFn, conditions: dict[str, ConditionType], name: 
                 (Param("p", "thing"), Param("q", "thing")),
                 (Param("p", "part"), Param("l", "place")),
                 (Param("p", "thing"), Param("l", "place")),
+                (Param("p", "thing"), Param("l", "place", innermost=True)),
             ]
         )
     )

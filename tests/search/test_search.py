@@ -114,6 +114,23 @@ def test_h_add_is_the_smallest_fixed_point_of_its_definition(sample: Sample) -> 
 
 @FEW
 @given(samples())
+def test_achievers_are_the_actions_that_bring_a_literal_about(sample: Sample) -> None:
+    domain = sample.domain
+    table = h_add(domain, sample.facts)
+    for f in ground_facts(domain):
+        for literal in (f, ~f):
+            all_ = {a.call: a for a in domain.actions if a.achieves(literal) and literal not in a.pre}
+            assert {a.call for a in domain.achievers(literal)} == set(all_)
+            ranked = table.achievers(literal)
+            reached = {c: a for c, a in all_.items() if table.total(dict.fromkeys(a.pre)) < inf}
+            assert {call for *_, call in ranked} == set(reached)
+            assert ranked == sorted(
+                (table.total(dict.fromkeys(a.pre)), len(a.deletes), a.rank, c) for c, a in reached.items()
+            )
+
+
+@FEW
+@given(samples())
 def test_the_mutexes_that_the_search_relies_on_are_true(sample: Sample) -> None:
     task = task_of(sample.domain, sample.facts)
     mutexes = mutexes_of(task, sample.facts)

@@ -39,7 +39,7 @@ def main() -> int:
                 for v in row.violations:
                     print(f"violation: {kind} seed {seed} events {events} rough {rough}: {v}", file=sys.stderr)
         print(f"{done}/{len(cells)} {kind} {events} {time.monotonic() - began:.0f} s", file=sys.stderr)
-    text = document(rows, each * len(cells), time.monotonic() - began, generating)
+    text = document(rows, each * len(cells), time.monotonic() - began, time.process_time(), generating)
     print(text)
     if options.write:
         DOC.write_text(text, encoding="utf-8")

@@ -21,7 +21,7 @@ from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.update import loop
 from llmbt_runtime.update.rollout import Certificate, rollout
 
-LIMITS = Limits(ticks=600, expansions=20_000, updates=150, nodes=1_500, attempts=10)
+LIMITS = Limits(ticks=600, expansions=20_000, updates=100, nodes=1_000, attempts=10)
 """Ten attempts: the failures of these episodes are dice, and three in a row would only measure them."""
 
 

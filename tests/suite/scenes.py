@@ -202,7 +202,10 @@ def scenes() -> tuple[Scene, ...]:
     one, three = ((CANONICAL[0],),), (tuple(c for c in CANONICAL if c.args[0] == "object_3"),)
     assert one[0][0].args[0] == "object_1"
     here = sorted_from("object_1", "sorting_area", "position_12")
-    fell = sorted_from("object_1", "workbench", "position_12")
+    lies = "On(object_1, workbench)"
+    fell = sorted_from("object_1", "workbench", "position_12").replace(
+        f"            {lies}\n", f"            {lies}\n            not On(object_1, sorting_area)\n"
+    )
     dropped = canonical_cargo(object_1="workbench")
     at_place = Cargo(SHELF, (*(e for e in start.at if e[0] != "object_1"), ("obstacle_1", "position_12")), "object_1")
     at_pick = Cargo(SHELF, (*start.at, ("obstacle_1", "sorting_area")), None, frozenset({("obstacle_1", "object_3")}))

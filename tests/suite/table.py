@@ -132,7 +132,7 @@ def readability() -> str:
     return table(("scene", "certified tree", "by hand", "ratio"), body)
 
 
-def document(rows: list[Row], problems: int, seconds: float, generating: float) -> str:
+def document(rows: list[Row], problems: int, seconds: float, cpu: float, generating: float) -> str:
     """The whole report."""
     mine = [r for r in rows if r.method == "loop"]
     broken = [v for r in mine for v in r.violations]
@@ -142,6 +142,7 @@ def document(rows: list[Row], problems: int, seconds: float, generating: float) 
     return HEAD.format(
         problems=problems,
         runs=len(rows),
+        cpu=f"{cpu / 60:.1f}",
         minutes=f"{seconds / 60:.1f}",
         generating=f"{generating:.0f}",
         per_minute=f"{per_minute:,.0f}",
@@ -164,7 +165,8 @@ HEAD = """# The suite
 Written by `python -m tests.suite --write`; nothing here is typed in. All of it is in the symbolic world: facts, exact
 effects, events on a schedule. It says how methods update a tree, nothing about physics.
 
-{problems} problems, {runs} runs in {minutes} minutes on one busy core (making and labelling them: {generating} s CPU).
+{problems} problems, {runs} runs: {cpu} minutes of one core, {minutes} minutes by the clock of a busy machine (of that
+{generating} s for making and labelling the problems).
 The whole loop does {per_minute} episodes a minute (CPU time of one process, grounding and search included).
 **Violations of what is claimed of the whole loop: {violations} in {loops} runs.**
 
@@ -182,8 +184,8 @@ ten fails. An event fires at the first tick from its date on at which it can; so
 they fire. *Unsolvable*: no actions and events together reach them. *Open*: it depends on what happens when; there a
 verdict is judged from the state in which it was given. {verified} of {loops} labels come from looking at every state
 (`episodes/truth.py`, which uses nothing of the search), the others from how the problem was made (more than 6,000
-states). *Stuck*: the method knows no further change and claims nothing. *Budget*: 600 ticks, 150 changes of the tree,
-1,500 nodes or 20,000 expansions. Ten failures in a row exclude an action here, not three: these failures are dice.
+states). *Stuck*: the method knows no further change and claims nothing. *Budget*: 600 ticks, 100 changes of the tree,
+1,000 nodes or 20,000 expansions. Ten failures in a row exclude an action here, not three: these failures are dice.
 
 Checked of every run of the whole loop: no more actions after the last event or failure than the certificate from there
 lists, and those; searches made (counted outside) at most one, and one for each event and failure, times the

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import re
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,13 +14,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from llmbt.draw import drawing
+from llmbt.draw import diff_drawing, drawing
 from llmbt.exports.graphs import dot, mermaid
 from llmbt.exports.layout import arrange
 from llmbt.exports.svg import svg
 from llmbt.main import main
-from llmbt.picture import picture_of_tree
+from llmbt.picture import box_of, picture_of_tree
 from llmbt_ir.condition import Condition
+from llmbt_ir.diff import diff_tables, table_of
 from llmbt_ir.tree import Kind, Node, Tree
 from llmbt_ir.tree_xml import write_tree
 from tests.strategies import SIGNATURES, deep_tree, trees
@@ -121,6 +123,17 @@ def test_graphs_name_every_node_and_edge(made: Tree) -> None:
         assert text.count(arrow) == len(made) - 1
     assert dot(picture).count("[label=") == len(made)
     assert len(drawing(made).splitlines()) == len(made)
+
+
+@given(trees(), trees())
+def test_every_difference_is_drawn(first: Tree, second: Tree) -> None:
+    a, b = table_of(first), table_of(second)
+    edit = diff_tables(a, b)
+    text = diff_drawing(a, b, edit, lambda node: box_of(node).mark())
+    marks = Counter(line[0] for line in text.splitlines())
+    moved = {m.id for m in edit.moved}
+    assert (marks["+"], marks["-"], marks[">"]) == (len(edit.added), len(edit.removed), len(moved))
+    assert marks["~"] == len([c for c in edit.changed if c.id not in moved])
 
 
 def test_control_characters_do_not_reach_the_terminal() -> None:

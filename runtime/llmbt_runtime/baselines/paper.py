@@ -18,7 +18,7 @@ A template's free parameters (the paper's "L-parameter") are not said to be boun
 preconditions hold at present, in the library's order. Sequence and Fallback are reactive, as section III describes.
 
 `Reading.KIND` is the algorithm as the text around it means it: Gamma collects every match, Pre(a) is that of the
-matches, and a conflict is what section IV.D says of one, that where a node in C_h returns Success a node in C_a is never
+matches, and a conflict is what section IV.D says of one: where a node in C_h returns Success, one in C_a is never
 satisfied: C_h are the conditions that succeeded on this tick, and one that excludes a condition of Pre(a) conflicts
 with it. That gives the paper's own example; what is left is that c_f stays where it was, that nothing looks for a way
 to the end, and that nothing bounds it.

@@ -7,6 +7,7 @@ a tree, where what holds is kept by wider bounds than those by which it comes to
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from llmbt_ir.condition import Condition, Facts
@@ -52,6 +53,7 @@ class Conditions:
     _space_at: dict[str, BodyState] = field(default_factory=dict)
     _space_held: str | None = None
     _free: Facts = frozenset()
+    _crowd: dict[str, tuple[str, ...]] = field(default_factory=dict)
     _restless: int = 0
     _containers: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
@@ -92,6 +94,8 @@ class Conditions:
                 if not kept:
                     settled.add(fallen)
         shared = self._space(sensed) | self._approaches(sensed, at_rest)
+        strict.update(self._obstructs(strict))
+        settled.update(self._obstructs(settled))
         return Reading(frozenset(strict) | shared, frozenset(settled) | shared, at_rest)
 
     @staticmethod
@@ -131,15 +135,28 @@ class Conditions:
         if sensed.held != self._space_held or _moved(lying, self._space_at):
             extents = [s.extent for s in lying.values()]
             free: set[Condition] = set()
+            self._crowd = {}
             for place in self._surfaces:
                 if place.is_slot:
-                    if not any(overlap(self._spaces[place.id], e) for e in extents):
+                    within = tuple(id_ for id_, s in sorted(lying.items()) if overlap(self._spaces[place.id], s.extent))
+                    if within:
+                        self._crowd[place.id] = within
+                    else:
                         free.add(Condition("Free", (place.id,)))
                 elif self._takes_many(place) and self.approach.spots(place, _TYPICAL_HALF_M, extents):
                     free.add(Condition("Free", (place.id,)))
             self._free = frozenset(free)
             self._space_at, self._space_held = lying, sensed.held
         return self._free
+
+    def _obstructs(self, facts: Iterable[Condition]) -> Facts:
+        """Of each slot that holds nothing and is not free, one thing that reaches into it."""
+        on = {c.args for c in facts if c.name == "On"}
+        return frozenset(
+            Condition("Obstructs", (within[0], slot))
+            for slot, within in self._crowd.items()
+            if not any((id_, slot) in on for id_ in within)
+        )
 
     def _takes_many(self, place: ScenePlace) -> bool:
         """Whether things lie anywhere on it: it contains no slots."""

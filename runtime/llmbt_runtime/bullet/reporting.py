@@ -16,7 +16,7 @@ __all__ = ["Reporter", "post_of"]
 
 _HAND = frozenset({"HandEmpty", "Holding", "Touching"})
 _APPROACH = frozenset({"Clear", "Blocks"})
-_CARRYING = frozenset({"move_aside", "clear_away", "recover"})
+_CARRYING = frozenset({"move_aside", "clear_away", "clear_place", "recover"})
 """Actions that pick and place in one: that the thing is held meanwhile is theirs alone."""
 
 
@@ -36,6 +36,8 @@ def post_of(action: ActionCall) -> tuple[Condition, ...]:
                 Condition("Free", (p,)),
                 Condition("HandEmpty"),
             )
+        case "clear_place", (o, _, slot, region):
+            return (Condition("Free", (slot,)), Condition("On", (o, region)), Condition("HandEmpty"))
         case "release", (_,):
             return (Condition("HandEmpty"),)
         case "recover", (o, region):

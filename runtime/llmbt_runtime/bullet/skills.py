@@ -80,6 +80,8 @@ class Skills:
                 return self.transfer(o, p, region)
             case "clear_away", (b, o, p, region):
                 return self.transfer(b, p, region, for_=o)
+            case "clear_place", (o, p, _, region):
+                return self.transfer(o, p, region)
             case "release", (o,):
                 return self.release(o)
             case "recover", (o, region):

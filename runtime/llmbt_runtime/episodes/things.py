@@ -3,7 +3,6 @@ stacked, and the shipped cargo library. The small libraries are written out here
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -128,18 +127,6 @@ BLOCKS = b"""<library name="stack"><types><type name="block"/></types>
 @cache
 def _parsed(text: bytes) -> Library:
     return parse_library(text, "episodes")
-
-
-@cache
-def _cargo_library() -> Library:
-    """The shipped library, but things are taken from slots and regions only: in a world of facts, taking one from a
-    level (which frees no slot, see the library's head) would leave its slot taken for ever."""
-    shipped = load_library("cargo_sorting")
-    narrowed = {
-        name: replace(t, params=tuple(replace(p, type="spot") if p.type == "place" else p for p in t.params))
-        for name, t in shipped.templates.items()
-    }
-    return replace(shipped, templates=narrowed)
 
 
 def rooms_library() -> Library:
@@ -364,7 +351,7 @@ def cargo(rng: np.random.Generator, *, obstacles: bool = False) -> Draft:
     objects = [f"object_{i}" for i in range(1, min(len(slots) - 1, int(rng.integers(2, 5))) + 1)]
     blockers = ["obstacle_1", "obstacle_2"][: int(rng.integers(1, 3))] if obstacles else []
     types |= dict.fromkeys(objects, "object") | dict.fromkeys(blockers, "obstacle")
-    domain = Domain(_cargo_library(), types, parents)
+    domain = Domain(load_library("cargo_sorting"), types, parents)
     free = [slots[i] for i in rng.permutation(len(slots))]
     at = {}
     for thing in (*objects, *blockers):

@@ -52,6 +52,24 @@ class HTable:
             default=inf,
         )
 
+    def achievers(self, literal: Condition) -> list[tuple[float, int, int, ActionCall]]:
+        """What can bring a literal about, best first: cost of its preconditions, facts it deletes, rank, call.
+
+        Only what can be reached and is not excluded; nothing is grounded for it (`Domain.action` does that).
+        """
+        i = self.task.number.get(literal.fact)
+        if i is None:
+            return []
+        ops, costs, p = self.task.ops, self._costs, 2 * i + literal.negated
+        adders = self.task.deleters if literal.negated else self.task.adders
+        found = []
+        for a in adders.get(i, ()):
+            op = ops[a]
+            cost = sum([costs[q] for q in op.pre])
+            if cost != inf and p not in op.pre and a not in self._excluded:
+                found.append((cost, len(op.deletes), op.rank, op.call))
+        return sorted(found)
+
     def total(self, literals: Iterable[Condition]) -> float:
         """The sum over several literals: h_add of a goal or of a precondition."""
         return sum((self[c] for c in literals), start=0.0)

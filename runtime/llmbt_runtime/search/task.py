@@ -106,6 +106,15 @@ class Task:
         )
 
     @cached_property
+    def adders(self) -> Mapping[int, tuple[int, ...]]:
+        """For each fact the actions that add it."""
+        table: dict[int, list[int]] = {}
+        for i, op in enumerate(self.ops):
+            for f in op.adds:
+                table.setdefault(f, []).append(i)
+        return {f: tuple(ops) for f, ops in table.items()}
+
+    @cached_property
     def deleters(self) -> Mapping[int, tuple[int, ...]]:
         """For each fact the actions that delete it."""
         table: dict[int, list[int]] = {}
@@ -298,9 +307,7 @@ class _Compiler:
             return
         pre_p, post_p, del_p = compiled(template.pre), compiled(template.post), compiled(template.deletes)
         innermost = {at[p.name] for p in template.params if p.innermost}
-        inmost = [
-            (c, args, i) for c, args, neg in pre_p if not neg for i in self.upward_at[c] if args[i] in innermost
-        ]
+        inmost = [(c, args, i) for c, args, neg in pre_p if not neg for i in self.upward_at[c] if args[i] in innermost]
         unequal = [(at[a], at[b]) for a, b in template.unequal]
         order = 100 * list(self.domain.library.templates).index(template.name)
         lookup, typed = self.lookup, self.typed_number
