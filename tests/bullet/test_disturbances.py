@@ -75,8 +75,8 @@ def test_five_seeds(name: str, scene: str) -> None:
 
 def test_unknown_and_impossible_disturbances() -> None:
     scene = load_scene("cargo_sorting")
-    with pytest.raises(LlmbtError, match="E050") as unknown:
+    with pytest.raises(LlmbtError, match="E064") as unknown:
         BulletWorld(scene, 0, (DisturbanceSpec("obstacle_at_pik"),))
     assert unknown.value.diagnostics[0].candidates[0] == "obstacle_at_pick"
-    with pytest.raises(LlmbtError, match="E051"):
+    with pytest.raises(LlmbtError, match="E065"):
         BulletWorld(replace(scene, obstacles=()), 0, (DisturbanceSpec("obstacle_at_place"),))

@@ -9,6 +9,7 @@ from itertools import combinations
 from math import inf
 from pathlib import Path
 
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -207,3 +208,37 @@ def test_the_answer_does_not_depend_on_the_order_of_hashes() -> None:
         for seed in ("0", "1", "2", "3")
     }
     assert len(outputs) == 1
+
+
+@pytest.mark.extras
+@pytest.mark.parametrize("problem", ["blocks", "cargo"])
+def test_fast_downward_gives_valid_plans(problem: str) -> None:
+    from llmbt_runtime.search.fast_downward import available, search_fast_downward
+
+    from .suites import blocks, cargo
+
+    if not available():
+        pytest.skip("needs up-fast-downward")
+    domain, facts, goals = blocks(12, 1) if problem == "blocks" else cargo(8, 10)
+    result = search_fast_downward(domain, facts, goals)
+    assert isinstance(result, Plan)
+    here = facts
+    for a in result.actions:
+        assert applicable(a, here)
+        here = apply(a, here)
+    assert satisfied(goals, here)
+
+
+@pytest.mark.extras
+@settings(max_examples=40)
+@given(samples())
+def test_fast_downward_gives_the_same_verdicts(sample: Sample) -> None:
+    from llmbt_runtime.search.fast_downward import available, search_fast_downward
+
+    if not available():
+        pytest.skip("needs up-fast-downward")
+    ours = search(sample.domain, sample.facts, sample.goals)
+    theirs = search_fast_downward(sample.domain, sample.facts, sample.goals)
+    assert type(ours) is type(theirs)
+    if isinstance(ours, Unsolvable) and isinstance(theirs, Unsolvable):
+        assert ours.goals == theirs.goals

@@ -99,7 +99,7 @@ class Disturber:
     _last_held: str | None = None
 
     def plan(self, specs: tuple[DisturbanceSpec, ...]) -> None:
-        """Draw what specs leave open. E050 for an unknown name, E051 where a scene has no obstacle to bring in."""
+        """Draw what specs leave open. E064 for an unknown name, E065 where a scene has no obstacle to bring in."""
         for spec in specs:
             name = spec.name
             if name == "none":
@@ -111,7 +111,7 @@ class Disturber:
                 close = nearest(name, (*DISTURBANCES, "random", "none"))
                 raise LlmbtError(
                     Diagnostic(
-                        "E050",
+                        "E064",
                         f"unknown disturbance `{name}`",
                         help=f"known: {', '.join((*DISTURBANCES, 'random', 'none'))}",
                         candidates=close,
@@ -120,7 +120,7 @@ class Disturber:
             if name.startswith("obstacle") and not self.scene.obstacles:
                 raise LlmbtError(
                     Diagnostic(
-                        "E051",
+                        "E065",
                         f"scene `{self.scene.name}` has no obstacle for `{name}`",
                         help="declare one under <Obstacles>",
                     )

@@ -71,9 +71,9 @@ def search(
     if isinstance(problem, Unreachable):
         return Unsolvable((problem.goal,), f"no action leads to {problem.goal} from here")
     mutexes = mutexes_of(task, facts)
-    proof = _excluding(problem, mutexes)
+    proof = quick_proof(problem, mutexes, purse, facts, excluded)
     if proof is not None:
-        return _either(problem, proof, purse, facts, excluded)
+        return proof
     landmarks = landmarks_of(problem, mutexes)
     found = climb(problem, landmarks, purse)
     if found is None:
@@ -81,7 +81,7 @@ def search(
         if isinstance(result, Verdict):
             if result is Verdict.SPENT:
                 return OutOfBudget(purse.spent)
-            return _smallest(problem, Unsolvable(goals, _all_seen(purse.spent)), purse, facts, excluded)
+            return smallest(problem, Unsolvable(goals, _all_seen(purse.spent)), purse, facts, excluded)
         found = result
     short = shortened(problem, found)
     return Plan(tuple(task.ground(problem.ops[a]) for a in short), purse.spent)
@@ -89,6 +89,15 @@ def search(
 
 def _all_seen(n: int) -> str:
     return f"none of the {n} states that can be reached has them all" if n > 1 else "no action leads further"
+
+
+def quick_proof(
+    problem: Problem, mutexes: Mutexes, purse: Budget, facts: Facts, excluded: frozenset[ActionCall]
+) -> Unsolvable | None:
+    """The proof from two goals that exclude each other, where there are such; the smaller one where one of them cannot
+    be reached even alone."""
+    proof = _excluding(problem, mutexes)
+    return None if proof is None else _either(problem, proof, purse, facts, excluded)
 
 
 def _excluding(problem: Problem, mutexes: Mutexes) -> Unsolvable | None:
@@ -117,7 +126,7 @@ def _either(
     return replace(proof, expansions=purse.spent)
 
 
-def _smallest(
+def smallest(
     problem: Problem, proof: Unsolvable, purse: Budget, facts: Facts, excluded: frozenset[ActionCall]
 ) -> Unsolvable:
     """A smallest unsolvable set among the goals: exactly, where all states can be looked at, else by leaving out one
