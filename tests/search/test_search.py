@@ -22,7 +22,7 @@ from llmbt_runtime.search.task import task_of
 
 from .random_problems import Sample, ground_facts, samples
 
-FEW = settings(max_examples=200)
+FEW = settings(max_examples=3000)
 
 
 def reachable(domain: Domain, facts: Facts, excluded: frozenset[ActionCall] = frozenset()) -> dict[Facts, int]:
@@ -174,6 +174,15 @@ def test_a_spent_budget_is_neither_a_plan_nor_a_proof() -> None:
     domain, facts, goals = blocks(8, 1)
     result = search(domain, facts, goals, budget=3)
     assert result == OutOfBudget(3)
+
+
+def test_a_thing_on_a_slot_is_on_what_contains_it() -> None:
+    from .suites import cargo
+
+    domain, facts, goals = cargo(12, 16)
+    result = search(domain, facts, (*goals, Condition("On", (goals[0].args[0], "shelf"), negated=True)))
+    assert isinstance(result, Unsolvable)
+    assert result.goals == (goals[0], Condition("On", (goals[0].args[0], "shelf"), negated=True))
 
 
 def test_goals_that_hold_need_no_action() -> None:

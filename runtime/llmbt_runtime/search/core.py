@@ -96,11 +96,11 @@ def quick_proof(
 ) -> Unsolvable | None:
     """The proof from two goals that exclude each other, where there are such; the smaller one where one of them cannot
     be reached even alone."""
-    proof = _excluding(problem, mutexes)
+    proof = _excluding(problem, mutexes, facts)
     return None if proof is None else _either(problem, proof, purse, facts, excluded)
 
 
-def _excluding(problem: Problem, mutexes: Mutexes) -> Unsolvable | None:
+def _excluding(problem: Problem, mutexes: Mutexes, facts: Facts) -> Unsolvable | None:
     """Two goals that contradict or exclude each other."""
     literals = problem.literals
     for (a, i), (b, j) in combinations(problem.goals, 2):
@@ -109,7 +109,27 @@ def _excluding(problem: Problem, mutexes: Mutexes) -> Unsolvable | None:
             return Unsolvable((a, b), f"{a} and {b} contradict each other")
         if not p & 1 and not q & 1 and mutexes.exclusive(p >> 1, q >> 1):
             return Unsolvable((a, b), f"{a} and {b} exclude each other")
+        for positive, negative in ((a, b), (b, a)):
+            if _implied(problem, mutexes, facts, positive, negative):
+                return Unsolvable((a, b), f"{positive} is never without {negative.fact}")
     return None
+
+
+def _implied(problem: Problem, mutexes: Mutexes, facts: Facts, positive: Condition, negative: Condition) -> bool:
+    """Whether a fact is never without another, about a place that contains its own: the first state has both or
+    neither, actions add both, and only a change of the state variable ends the other one."""
+    task = problem.task
+    domain = task.domain
+    if positive.negated or not negative.negated or positive.name != negative.name:
+        return False
+    if negative.fact not in domain.upward(positive):
+        return False
+    number = task.number[positive]
+    return (
+        len(mutexes.keys(number)) == len(task.keys[number])
+        and not any(d.name == positive.name for t in domain.library.templates.values() for d in t.deletes)
+        and all(u in facts for f in facts if f.name == positive.name for u in domain.upward(f))
+    )
 
 
 def _either(
