@@ -18,7 +18,7 @@ from llmbt_runtime.search import OutOfBudget, Unsolvable
 from llmbt_runtime.tick import NodeStatus, tick
 from llmbt_runtime.update.loop import Grown, prune, update
 from llmbt_runtime.update.rollout import perceived
-from llmbt_runtime.world import ActionReport, Status, World
+from llmbt_runtime.world import ActionReport, Status, World, WorldLostError
 
 __all__ = ["Change", "Settings", "execute"]
 
@@ -107,6 +107,8 @@ class _Run:
         except KeyboardInterrupt:
             self.stop("interrupted")
             return self.end(Outcome.INTERRUPTED, "interrupted by the user")
+        except WorldLostError as lost:
+            return self.end(Outcome.WORLD_LOST, str(lost))
         self.stop("the guard on ticks")
         return self.end(Outcome.BUDGET, f"no end after {self.ticks} ticks")
 

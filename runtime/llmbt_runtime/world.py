@@ -13,7 +13,7 @@ from typing import Protocol
 
 from llmbt_ir.condition import ActionCall, Condition, Facts
 
-__all__ = ["TICK_S", "ActionReport", "Disturbed", "Status", "World"]
+__all__ = ["TICK_S", "ActionReport", "Disturbed", "Status", "World", "WorldLostError"]
 
 TICK_S = 0.1
 Vec3 = tuple[float, float, float]
@@ -53,6 +53,10 @@ class Disturbed:
     fired_at_s: float
     broke: tuple[Condition, ...]
     recovered_at_s: float | None = None
+
+
+class WorldLostError(RuntimeError):
+    """The world cannot go on: its server is gone, the robot does not answer."""
 
 
 class World(Protocol):

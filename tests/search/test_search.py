@@ -22,7 +22,7 @@ from llmbt_runtime.search.task import task_of
 
 from .random_problems import Sample, ground_facts, samples
 
-FEW = settings(max_examples=3000)
+FEW = settings(max_examples=200)
 
 
 def reachable(domain: Domain, facts: Facts, excluded: frozenset[ActionCall] = frozenset()) -> dict[Facts, int]:

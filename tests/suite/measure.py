@@ -38,6 +38,7 @@ class Row:
     solvable: bool | None
     method: str
     outcome: Outcome
+    reason: str
     stuck: bool
     right: bool
     wrong: bool
@@ -108,6 +109,7 @@ def measure(episode: Episode, events: int, method: str, *, check: bool = True) -
         episode.solvable,
         method,
         found.outcome,
+        found.reason,
         found.stuck,
         right,
         wrong,

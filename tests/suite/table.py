@@ -45,6 +45,7 @@ def summary(rows: list[Row]) -> str:
                 sum(r.wrong for r in mine),
                 sum(r.stuck for r in mine),
                 sum(r.outcome is Outcome.BUDGET and not r.stuck for r in mine),
+                sum(r.reason.startswith("a tree of") for r in mine),
                 sum(r.outcome is Outcome.ACTION_FAILED for r in mine),
                 f"{median(r.nodes for r in won):.0f}" if won else "-",
                 f"{fmean(r.actions for r in won):.1f}" if won else "-",
@@ -54,7 +55,8 @@ def summary(rows: list[Row]) -> str:
         )
     head = (
         "method", "solved / solvable", "UNSOLVABLE / unsolvable", "solved + UNSOLVABLE / open", "wrong verdicts",
-        "stuck", "budget", "ACTION_FAILED", "nodes (median)", "actions (mean)", "planner calls (mean)", "ms (mean)",
+        "stuck", "budget", "of it nodes", "ACTION_FAILED", "nodes (median)",
+        "actions (mean)", "planner calls (mean)", "ms (mean)",
     )  # fmt: skip
     return table(head, body)
 
@@ -179,6 +181,7 @@ The whole loop does {per_minute} episodes a minute (CPU time of one process, gro
 Each kind comes with 0, 1, 3 and 10 dated events (somebody's legal actions, things that move, fall, turn up, facts that
 change), and each of these with actions of one tick that never fail, and with actions of 1 to 8 ticks of which one in
 ten fails. An event fires at the first tick from its date on at which it can; some come too late.
+They are chosen so that they could happen if all went well until then, at most four different ones in an episode.
 
 *Solvable*: whoever keeps clear of dead ends of his own making reaches the goals, whatever the events do and whenever
 they fire. *Unsolvable*: no actions and events together reach them. *Open*: it depends on what happens when; there a

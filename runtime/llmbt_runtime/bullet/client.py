@@ -41,6 +41,9 @@ with quiet_stdout():
     import pybullet
     import pybullet_data
 
+PhysicsError: type[Exception] = pybullet.error
+"""What pybullet raises, as when its server is gone."""
+
 DATA_PATH: str = pybullet_data.getDataPath()
 
 

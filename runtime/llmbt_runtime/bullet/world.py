@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 
 from llmbt_ir.condition import ActionCall, Condition, Facts
@@ -10,13 +13,23 @@ from llmbt_ir.scene import Scene
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.bench import Bench
 from llmbt_runtime.bullet.camera import Snapshot
+from llmbt_runtime.bullet.client import PhysicsError
 from llmbt_runtime.bullet.conditions import Conditions, Reading
 from llmbt_runtime.bullet.disturbances import DisturbanceSpec, Disturber, Moment
 from llmbt_runtime.bullet.reporting import Reporter, post_of
 from llmbt_runtime.bullet.skills import Skill, SkillError, Skills
-from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status
+from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status, WorldLostError
 
 __all__ = ["BulletWorld"]
+
+
+@contextmanager
+def _or_lost() -> Iterator[None]:
+    """Physics that cannot go on is a world that is lost."""
+    try:
+        yield
+    except PhysicsError as fault:
+        raise WorldLostError(f"the physics server: {fault}") from None
 
 
 class BulletWorld:
@@ -74,7 +87,8 @@ class BulletWorld:
         self._reporter.begin(action)
         self._action = action
         self._outcome, self._halting = None, False
-        self._resume()
+        with _or_lost():
+            self._resume()
 
     def halt(self) -> bool:
         """Ask the running action to stop; True once none runs."""
@@ -91,7 +105,8 @@ class BulletWorld:
         if self._skill is not None:
             self._skill.close()
         self._skill = None
-        self._bench.panda.brake()
+        with _or_lost():
+            self._bench.panda.brake()
         self._end()
 
     def _end(self) -> None:
@@ -114,11 +129,12 @@ class BulletWorld:
 
     def advance(self) -> ActionReport:
         """Go on by one tick of 24 physics steps."""
-        self._reading = self._conditions.read(self._bench.tick())
-        self._resume()
-        report = self._report()
-        self._disturber.step(self._moment())
-        return report
+        with _or_lost():
+            self._reading = self._conditions.read(self._bench.tick())
+            self._resume()
+            report = self._report()
+            self._disturber.step(self._moment())
+            return report
 
     def _moment(self) -> Moment:
         skills, panda = self._skills, self._bench.panda

@@ -8,11 +8,11 @@ from zlib import crc32
 
 import numpy as np
 
-from llmbt_ir.condition import satisfied
+from llmbt_ir.condition import all_hold, satisfied
 from llmbt_runtime.episodes.model import Draft, Episode
 from llmbt_runtime.episodes.propositional import random_strips, threats
 from llmbt_runtime.episodes.things import blocks, cargo, coins, cycles, rooms
-from llmbt_runtime.episodes.truth import Label, label, shortest
+from llmbt_runtime.episodes.truth import Label, label, path, shortest
 from llmbt_runtime.symbolic import Event
 
 __all__ = ["EVENTS", "KINDS", "episode"]
@@ -60,7 +60,7 @@ def episode(kind: str, seed: int, *, events: int = 0, rough: bool = False) -> Ep
         draft = maker(rng)
         if satisfied(draft.goals, draft.facts):
             continue
-        happening = _dated(rng, draft.moves, events, rough)
+        happening = _dated(rng, draft, events, rough)
         truth = label(draft.domain, draft.facts, draft.goals, happening)
         if truth is None:
             if draft.expected is None:
@@ -98,11 +98,23 @@ def _wanted(kind: str, seed: int, truth: Label, draft: Draft, *, last: bool) -> 
     return True
 
 
-def _dated(rng: np.random.Generator, moves: tuple[Event, ...], n: int, rough: bool) -> tuple[Event, ...]:
-    """Events at random times, as many as are asked for; the same thing may happen several times."""
-    if not moves:
+_VARIETY = 4
+"""Different events in one episode: few, so that every state can be looked at."""
+
+
+def _dated(rng: np.random.Generator, draft: Draft, n: int, rough: bool) -> tuple[Event, ...]:
+    """Events at random times, as many as are asked for, chosen so that they could happen if all went well until then;
+    the same thing may happen several times."""
+    if not n or not draft.moves:
         return ()
-    span = 36 if rough else 13
-    chosen = [moves[int(rng.integers(len(moves)))] for _ in range(n)]
-    dates = sorted(int(t) for t in rng.integers(1, span, n))
+    way = path(draft.domain, draft.facts, draft.goals) or (draft.facts,)
+    pace = 4.5 if rough else 1.0
+    end = 4 + int(pace * max(3, len(way) - 1) * (1 if n < 10 else 2))
+    dates = sorted(int(t) for t in rng.integers(1, end, n))
+    chosen: list[Event] = []
+    for date in dates:
+        there = way[min(len(way) - 1, max(0, int((date - 3) / pace)))]
+        several = len({e.name + e.target + str(e.when) for e in chosen}) < _VARIETY
+        pool = [e for e in (draft.moves if several else chosen) if all_hold(e.when, there)] or list(draft.moves[:1])
+        chosen.append(replace(pool[int(rng.integers(len(pool)))], tick=0))
     return tuple(replace(e, tick=t) for e, t in zip(chosen, dates, strict=True))

@@ -96,7 +96,7 @@ def _moves(rng: np.random.Generator, domain: Domain, flags: list[str], group: tu
         moves.append(Event(0, frozenset({fact}), frozenset(), (fact,), f"end {f}"))
         rivals = frozenset(Condition(g) for g in group if f in group and g != f)
         moves.append(Event(0, rivals, frozenset({fact}), (~fact,), f"begin {f}"))
-    return tuple(moves[i] for i in rng.permutation(len(moves))[:4])
+    return tuple(moves[i] for i in rng.permutation(len(moves)))
 
 
 def threats(rng: np.random.Generator) -> Draft:
@@ -127,5 +127,5 @@ def threats(rng: np.random.Generator) -> Draft:
     moves = [legal(domain, f"undo {g}", (Condition(g),), {Condition(g)}, set()) for g in goals]
     moves += [legal(domain, f"knock {t} off", (Condition(t),), {Condition(t)}, {Condition(bare)}) for t in tools]
     moves += [legal(domain, f"use up {s}", (Condition(s),), {Condition(s)}, set()) for s in spare]
-    chosen = tuple(moves[i] for i in rng.permutation(len(moves))[:4])
+    chosen = tuple(moves[i] for i in rng.permutation(len(moves)))
     return Draft(domain, facts, (tuple(Condition(g) for g in wanted),), chosen)

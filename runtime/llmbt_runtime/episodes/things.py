@@ -153,11 +153,11 @@ def coins(rng: np.random.Generator) -> Draft:
     moves += [legal(domain, "gift", (~C("Has", (w,)),), set(), {C("Has", (w,))}) for w in wares]
     if rng.random() < 0.5:
         moves += [legal(domain, "theft", (C("Has", (w,)),), {C("Has", (w,))}, set()) for w in wares]
-    return Draft(domain, facts, (goals,), _some(rng, moves, 4))
+    return Draft(domain, facts, (goals,), _some(rng, moves))
 
 
-def _some(rng: np.random.Generator, moves: list[Event], n: int) -> tuple[Event, ...]:
-    return tuple(moves[i] for i in rng.permutation(len(moves))[:n])
+def _some(rng: np.random.Generator, moves: list[Event]) -> tuple[Event, ...]:
+    return tuple(moves[i] for i in rng.permutation(len(moves)))
 
 
 # -- swaps and cycles ----------------------------------------------------------------------------------------------
@@ -199,7 +199,7 @@ def cycles(rng: np.random.Generator) -> Draft:
         for s in slots
     ]
     order = [goals[i] for i in rng.permutation(len(goals))]
-    return Draft(domain, frozenset(facts), (tuple(order),), _some(rng, moves, 6))
+    return Draft(domain, frozenset(facts), (tuple(order),), _some(rng, moves))
 
 
 # -- rooms ---------------------------------------------------------------------------------------------------------
@@ -260,7 +260,7 @@ def rooms(rng: np.random.Generator) -> Draft:
         for p in places
     ]
     order = tuple(named[i] for i in rng.permutation(len(named)))
-    return Draft(domain, frozenset(facts), (order,), _some(rng, moves, 8), expected)
+    return Draft(domain, frozenset(facts), (order,), _some(rng, moves), expected)
 
 
 # -- blocks --------------------------------------------------------------------------------------------------------
@@ -329,7 +329,7 @@ def blocks(rng: np.random.Generator) -> Draft:
                 )
             )
     order = tuple(goals[i] for i in rng.permutation(len(goals)))
-    return Draft(domain.for_state(frozenset(facts)), frozenset(facts), (order,), _some(rng, moves, 8), expected)
+    return Draft(domain.for_state(frozenset(facts)), frozenset(facts), (order,), _some(rng, moves), expected)
 
 
 # -- cargo ---------------------------------------------------------------------------------------------------------
@@ -382,8 +382,7 @@ def cargo(rng: np.random.Generator, *, obstacles: bool = False) -> Draft:
         goals = [C("On", (o, "level_1")) for o in objects]
     moves = _cargo_moves(domain, objects, [*slots, "sorting_area", "workbench"], order, obstacles)
     state = frozenset(facts)
-    n = 10 if obstacles else 8
-    return Draft(domain.for_state(state), state, (tuple(goals),), _some(rng, moves, n), expected)
+    return Draft(domain.for_state(state), state, (tuple(goals),), _some(rng, moves), expected)
 
 
 def _cargo_moves(

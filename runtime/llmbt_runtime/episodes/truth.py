@@ -13,7 +13,7 @@ from llmbt_atl.state import Domain
 from llmbt_ir.condition import Condition, Facts, Goals
 from llmbt_runtime.symbolic import Event
 
-__all__ = ["CAP", "label", "reachable", "shortest"]
+__all__ = ["CAP", "label", "path", "reachable", "shortest"]
 
 CAP = 6_000
 """States that are looked at; beyond it nothing is said."""
@@ -84,6 +84,14 @@ class _Space:
             (state & ~lose | gain, lose) for yes, no, lose, gain in self.events if state & yes == yes and not state & no
         ]
 
+    def way(self, before: dict[int, int], end: int) -> tuple[Facts, ...]:
+        """The states from the start to one, as facts."""
+        masks = [end]
+        while masks[-1] != self.start:
+            masks.append(before[masks[-1]])
+        names = list(self.number)
+        return tuple(frozenset(f for i, f in enumerate(names) if m >> i & 1) for m in reversed(masks))
+
     def meanwhile(self, state: int, op: _Op) -> set[int]:
         """The states in which an action can end or be halted when events happen while it runs."""
         ends: set[int] = set()
@@ -110,21 +118,29 @@ def reachable(domain: Domain, facts: Facts, goals: Goals, cap: int = CAP) -> boo
 
 def shortest(domain: Domain, facts: Facts, goals: Goals, cap: int = CAP) -> int | None:
     """The fewest actions to the goals, -1 where none lead there; None where there are more than `cap` states."""
+    states = path(domain, facts, goals, cap)
+    return None if states is None else len(states) - 1
+
+
+def path(domain: Domain, facts: Facts, goals: Goals, cap: int = CAP) -> tuple[Facts, ...] | None:
+    """The states on a shortest way to the goals, none where none leads there; None with more than `cap` states."""
     space = _Space(domain, facts, goals, ())
-    seen, layer, far = {space.start}, [space.start], 0
+    before: dict[int, int] = {space.start: space.start}
+    layer = [space.start]
     while layer:
-        if any(space.goal(s) for s in layer):
-            return far
+        end = next((s for s in layer if space.goal(s)), None)
+        if end is not None:
+            return space.way(before, end)
         following = []
         for state in layer:
             for _, then in space.steps(state):
-                if then not in seen:
-                    seen.add(then)
+                if then not in before:
+                    before[then] = state
                     following.append(then)
-        if len(seen) > cap:
+        if len(before) > cap:
             return None
-        layer, far = following, far + 1
-    return -1
+        layer = following
+    return ()
 
 
 @dataclass(frozen=True, slots=True)
