@@ -168,10 +168,12 @@ class _Reader:
         return type_
 
     def params(self, node: Element) -> tuple[Param, ...]:
-        return tuple(
-            Param(str(p.get("name")), self.type_of(p), Role(p.get("role", "")), _flag(p, "upward"), _flag(p, "innermost"))
-            for p in node.iterfind("param")
-        )
+        return tuple(self.param(p) for p in node.iterfind("param"))
+
+    def param(self, node: Element) -> Param:
+        role = Role(node.get("role", ""))
+        upward, innermost = _flag(node, "upward"), _flag(node, "innermost")
+        return Param(str(node.get("name")), self.type_of(node), role, upward, innermost)
 
     def pattern(
         self, node: Element, bound: set[str], constants: Mapping[str, str], free: bool = False

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
 import time
 from collections.abc import Callable, Mapping
@@ -10,8 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from llmbt import __version__
 from llmbt.progress import Progress
 from llmbt_atl.library import Library, load_library
 from llmbt_atl.state import Domain, domain_of
@@ -23,7 +21,8 @@ from llmbt_ir.tree import Tree, goal_tree, goals_of
 from llmbt_ir.tree_xml import GoalRecord, Provenance, TreeFile, parse_tree, write_tree
 from llmbt_ir.versions import VersionStore, sha256, write_atomic
 from llmbt_ir.xml import read_bytes
-from llmbt_runtime.disturbance import draw, symbolic_events
+from llmbt_runtime.chance import chance
+from llmbt_runtime.disturbance import applicable, draw, symbolic_events
 from llmbt_runtime.executor import Settings, execute
 from llmbt_runtime.initial import facts_of_map
 from llmbt_runtime.outcome import Happening, Outcome
@@ -100,13 +99,18 @@ def execute_tree(
     """
     started = time.monotonic()
     file, library, domain, goals = load_tree(data, source, order.scene)
-    names = draw(order.disturb, np.random.default_rng((order.seed, 0xD157)))
+    start = facts_of_map(domain, to_semantic_map(order.scene))
+    names = draw(order.disturb, chance(order.seed, "disturb"), applicable(domain, start, goals[0]))
     run = _run_folder(data, file, library, folder, goals)
     if not (folder / "map.xml").exists():
         write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
     world = _world(order, domain, goals, names)
     told = {"scene": order.scene.name, "world": order.world, "disturb": order.disturb, **(extra or {})}
-    pictures = (lambda name: _picture(world, folder, name)) if order.pictures and order.world == "bullet" else _no_picture
+
+    def picture(name: str) -> None:
+        if order.pictures and order.world == "bullet":
+            _picture(world, folder, name)
+
     return _execute(
         world,
         domain,
@@ -118,7 +122,7 @@ def execute_tree(
         settings=Settings(order.budget),
         seed=order.seed,
         extra=told,
-        picture=pictures,
+        picture=picture,
     )
 
 
@@ -148,7 +152,7 @@ def solve_problem(
     xml = write_tree(tree, signatures_of(library), Provenance(goals=told))
     VersionStore(folder).append(xml, {"parent": None, "problem": problem.name}, 0)
     run = RunFolder(folder, signatures_of(library), told, 0, sha256(xml), "tree.v000.xml")
-    rng = np.random.default_rng((seed, 0x5EED))
+    rng = chance(seed, "world")
     world = SymbolicWorld(problem.domain, problem.facts, rng, failure_rate=failure_rate)
     document = _execute(
         world,
@@ -205,7 +209,7 @@ def _execute(
             versions=run.number + 1,
             seed=seed,
             wall_time_s=time.monotonic() - started,
-            extra={**extra, "llmbt_version": importlib.metadata.version("llm-bt")},
+            extra={**extra, "llmbt_version": __version__},
             names=names,
         )
     finally:
@@ -253,7 +257,7 @@ def _world(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -
 def _symbolic(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
     facts = read_state(order.state) if order.state else facts_of_map(domain, to_semantic_map(order.scene))
     there = domain.for_state(facts)
-    rng = np.random.default_rng((order.seed, 0x5EED))
+    rng = chance(order.seed, "world")
     return SymbolicWorld(there, facts, rng, events=symbolic_events(names, there, facts, goals[0], rng))
 
 

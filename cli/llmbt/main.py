@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 import click
 
+from llmbt import __version__
 from llmbt_ir.diagnostics import ExitCode, LlmbtError
 
 __all__ = ["cli", "main"]
@@ -49,7 +50,7 @@ class LazyGroup(click.Group):
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="llm-bt", prog_name="llmbt")
+@click.version_option(__version__, prog_name="llmbt")
 def cli() -> None:
     """From a sentence to a behaviour tree that grows while it runs."""
 

@@ -12,10 +12,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
 
 from llmbt_ir.condition import ActionCall, Condition, Goals, parse_condition
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
+from llmbt_ir.quoting import escape, quoteattr
 from llmbt_ir.signatures import Signatures
 from llmbt_ir.tree import Kind, Node, Tree, node_id
 from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes

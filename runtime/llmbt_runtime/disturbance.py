@@ -5,31 +5,38 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from llmbt_atl.state import Domain
 from llmbt_ir.condition import Condition, Facts
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, nearest
+from llmbt_runtime.chance import Chance
 from llmbt_runtime.symbolic import Event
 
-__all__ = ["NAMES", "draw", "symbolic_events"]
+__all__ = ["NAMES", "applicable", "draw", "symbolic_events"]
 
 NAMES = ("drop", "obstacle_at_place", "obstacle_at_pick", "placed_object_moved")
 """Those that can be dealt with; `none` and `random` (or `random:N`) stand beside them."""
 
 
-def draw(wanted: str, rng: np.random.Generator, names: tuple[str, ...] = NAMES) -> tuple[str, ...]:
-    """The disturbances that `wanted` stands for: a name, `none`, `random` or `random:N`, several joined by commas."""
+def draw(wanted: str, rng: Chance, names: tuple[str, ...] = NAMES) -> tuple[str, ...]:
+    """The disturbances that `wanted` stands for: a name, `none`, `random` or `random:N`, several joined by commas.
+
+    `names` are those that apply. E061 an unknown one, E062 one that does not apply here.
+    """
     drawn: list[str] = []
     for part in wanted.split(","):
         name, _, count = part.strip().partition(":")
         if name == "none":
             continue
-        if name == "random" and (count.isdigit() or part.strip() == name):
+        if name == "random" and names and (count.isdigit() or part.strip() == name):
             n = int(count) if count.isdigit() else 1
-            drawn += [str(x) for x in rng.choice(names, size=n, replace=n > len(names))]
+            pool: list[str] = []
+            for _ in range(n):
+                pool = pool or list(names)
+                drawn.append(pool.pop(rng.integers(len(pool))))
         elif name in names and not count:
             drawn.append(name)
+        elif (name in NAMES and not count) or (name == "random" and (count.isdigit() or part.strip() == name)):
+            raise _does_not_apply(name)
         else:
             close = nearest(part, (*names, "none", "random"))
             raise LlmbtError(
@@ -44,12 +51,30 @@ def draw(wanted: str, rng: np.random.Generator, names: tuple[str, ...] = NAMES) 
     return tuple(drawn)
 
 
+def applicable(domain: Domain, facts: Facts, goals: tuple[Condition, ...]) -> tuple[str, ...]:
+    """The disturbances that can come about in a task: after its first grasp, before its end, and dealt with."""
+    still = [g for g in goals if g.name == "On" and not g.negated and g not in facts]
+    slots = [g for g in still if domain.fits(g.args[1], "slot")]
+    able = {
+        "drop": bool(still),
+        "obstacle_at_place": bool(slots),
+        "obstacle_at_pick": len(still) > 1,
+        "placed_object_moved": len(slots) > 1,
+    }
+    return tuple(n for n in NAMES if able[n])
+
+
+def _does_not_apply(name: str) -> LlmbtError:
+    hint = "there are too few things left to be placed"
+    return LlmbtError(Diagnostic("E062", f"`{name}` does not apply here", help=hint))
+
+
 @dataclass(frozen=True, slots=True)
 class _Setting:
     domain: Domain
     facts: Facts
     goals: tuple[Condition, ...]
-    rng: np.random.Generator
+    rng: Chance
     obstacle: str = "obstacle_1"
 
     def open(self) -> list[Condition]:
@@ -72,7 +97,7 @@ def symbolic_events(
     domain: Domain,
     facts: Facts,
     goals: tuple[Condition, ...],
-    rng: np.random.Generator,
+    rng: Chance,
 ) -> tuple[Event, ...]:
     """The named disturbances as events on facts, each on an event of the task. E062 where one does not apply."""
     setting, obstacles = _Setting(domain, facts, goals, rng), 0
@@ -89,9 +114,7 @@ def symbolic_events(
             setting = replace(setting, obstacle=f"obstacle_{obstacles}")
         event = made[name](setting)
         if event is None:
-            raise LlmbtError(
-                Diagnostic("E062", f"`{name}` does not apply here", help="there are too few things left to be placed")
-            )
+            raise _does_not_apply(name)
         events.append(event)
     return tuple(events)
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from llmbt_atl.state import Domain, GroundAction, applicable, apply
 from llmbt_ir.condition import ActionCall, Condition, Facts, holds
+from llmbt_runtime.chance import Chance
 from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status, Vec3
 
 __all__ = ["Event", "SymbolicWorld"]
@@ -40,7 +39,7 @@ class SymbolicWorld:
         self,
         domain: Domain,
         facts: Facts,
-        rng: np.random.Generator,
+        rng: Chance,
         *,
         ticks: tuple[int, int] = (1, 8),
         failure_rate: float = 0.0,

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import Param, Pattern, Template
+from llmbt_ir.quoting import quoteattr
 
 __all__ = ["write_library"]
 
@@ -18,22 +19,8 @@ def write_library(library: Library) -> bytes:
 _ENTITIES = (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;"), ("\n", "&#10;"), ("\t", "&#9;"))
 
 
-def _quoted(value: str) -> str:
-    """An attribute's value in quotation marks; xml.sax.saxutils would do it, but brings urllib and ssl with it."""
-    for sign, entity in (
-        ("&", "&amp;"),
-        ("<", "&lt;"),
-        (">", "&gt;"),
-        ('"', "&quot;"),
-        ("\n", "&#10;"),
-        ("\t", "&#9;"),
-    ):
-        value = value.replace(sign, entity)
-    return f'"{value}"'
-
-
 def _tag(name: str, attributes: Iterable[tuple[str, str]], *, close: bool = True) -> str:
-    return f"<{name}{''.join(f' {k}={_quoted(v)}' for k, v in attributes)}{'/' if close else ''}>"
+    return f"<{name}{''.join(f' {k}={quoteattr(v)}' for k, v in attributes)}{'/' if close else ''}>"
 
 
 def _library(library: Library) -> Iterator[str]:

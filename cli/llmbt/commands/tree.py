@@ -148,8 +148,8 @@ def check(
     Exit code 6 where there are errors; with --strict where there is anything.
     """
     import json
-    from importlib.metadata import version
 
+    from llmbt import __version__
     from llmbt.draw import wants_colour
     from llmbt.exports.sarif import sarif
     from llmbt.render import print_json, render
@@ -162,7 +162,7 @@ def check(
     errors = sum(d.severity is Severity.ERROR for d in found)
     code = ExitCode.DIFFERENCES if errors or (strict and found) else ExitCode.OK
     if as_sarif:
-        click.echo(json.dumps(sarif(found, RULES, version("llm-bt")), indent=1, ensure_ascii=False))
+        click.echo(json.dumps(sarif(found, RULES, __version__), indent=1, ensure_ascii=False))
     elif as_json:
         print_json({"errors": errors, "warnings": len(found) - errors}, code, found)
     else:

@@ -10,13 +10,13 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from xml.sax.saxutils import quoteattr
 
 from llmbt.replay import Moment
 from llmbt_ir.btcpp.document import Document, parse_document
 from llmbt_ir.btcpp.findings import File
 from llmbt_ir.condition import Facts, holds
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
+from llmbt_ir.quoting import quoteattr
 from llmbt_ir.tree import Kind, Tree
 from llmbt_ir.tree_xml import TreeFile, write_tree
 from llmbt_runtime.tick import NodeStatus

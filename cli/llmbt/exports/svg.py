@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from xml.sax.saxutils import escape
 
 from llmbt.exports.layout import arrange
 from llmbt.picture import Box, Picture, Shape
+from llmbt_ir.quoting import escape
 
 __all__ = ["svg"]
 

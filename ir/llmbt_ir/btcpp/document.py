@@ -13,9 +13,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn
 from xml.parsers import expat
-from xml.sax.saxutils import escape
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
+from llmbt_ir.quoting import escape, quoteattr
 from llmbt_ir.xml import read_bytes
 
 __all__ = ["COMMENT", "INSTRUCTION", "TEXT", "Document", "Element", "parse_document", "read_document"]
@@ -157,15 +157,12 @@ class Document:
         if element.tag == INSTRUCTION:
             return f"<?{element.text}?>"
         if element.tag == TEXT:
-            return escape(element.text, {"\r": "&#13;"})
+            return escape(element.text).replace("\r", "&#13;")
         return f"<{element.tag}{_attributes(element)}/>"
 
 
-BREAKS = {'"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}
-
-
 def _attributes(element: Element) -> str:
-    return "".join(f' {k}="{escape(v, BREAKS)}"' for k, v in element.attributes)
+    return "".join(f" {k}={quoteattr(v)}" for k, v in element.attributes)
 
 
 # -- reading -------------------------------------------------------------------------------------------------------
