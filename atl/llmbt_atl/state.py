@@ -177,8 +177,18 @@ class Domain:
         if a.negated or b.negated:
             positive, negative = (b, a) if a.negated else (a, b)
             return negative.fact in self.upward(positive)
-        keys = {(v.name, key) for v, key in self.variables_of(a)}
-        return any((v.name, key) in keys for v, key in self.variables_of(b)) and not self._together(a, b)
+        return not self._keys(a).isdisjoint(self._keys(b)) and not self._together(a, b)
+
+    @cached_property
+    def _known_keys(self) -> dict[Condition, frozenset[tuple[str, tuple[str, ...]]]]:
+        return {}
+
+    def _keys(self, fact: Condition) -> frozenset[tuple[str, tuple[str, ...]]]:
+        """`variables_of`, kept: mutexes are asked for again and again."""
+        known = self._known_keys.get(fact)
+        if known is None:
+            known = self._known_keys[fact] = frozenset((v.name, key) for v, key in self.variables_of(fact))
+        return known
 
     def _others(self, fact: Condition, pre: Iterable[Condition]) -> Iterator[Condition]:
         """The facts that end when `fact` begins: of each of its variables the value in `pre`, or else all others."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -105,7 +106,13 @@ def execute_tree(
     if not (folder / "map.xml").exists():
         write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
     world = _world(order, domain, goals, names)
-    told = {"scene": order.scene.name, "world": order.world, "disturb": order.disturb, **(extra or {})}
+    told = {
+        "scene": order.scene.name,
+        "world": order.world,
+        "disturb": order.disturb,
+        "drawn": list(names),
+        **(extra or {}),
+    }
 
     def picture(name: str) -> None:
         if order.pictures and order.world == "bullet":
@@ -215,6 +222,9 @@ def _execute(
     finally:
         world.close()
     write_result(run.folder, document)
+    missing = list(Counter(document.get("drawn", ())) - Counter(d["name"] for d in document["disturbances"]))
+    if missing:
+        progress.line(f"never came about: {', '.join(missing)}")
     return document
 
 

@@ -4,7 +4,7 @@ Expand and Insert and PA-BT, Colledanchise, Almeida and Ogren 2019)."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from itertools import islice
 
 from llmbt_atl.state import Domain, GroundAction
 from llmbt_ir.condition import ActionCall, Condition
@@ -16,6 +16,8 @@ from llmbt_runtime.update.rollout import Stuck
 __all__ = ["Repair", "Step", "drop_excluded", "repair"]
 
 Costs = HTable
+MAX_CANDIDATES = 100
+"""Of the achievers of a condition, the best so many are looked at."""
 Move = tuple[str, str]
 
 
@@ -157,13 +159,12 @@ def _candidates(
     condition = tree[condition_id].condition
     assert condition is not None
     above = {tree[a].condition for a in ancestor_conditions(tree, condition_id)} | {condition}
-    present = {node.action for _, node in achievers_in(tree, condition_id)}
-    found = [
-        (a.call not in prefer, _cost(h, a), len(a.deletes), a.rank, a.call, a)
-        for a in domain.achievers(condition)
-        if a.call not in excluded and a.call not in present and not above & set(a.pre) and _cost(h, a) < inf
-    ]
-    return tuple(entry[-1] for entry in sorted(found, key=lambda e: e[:-1]))
+    present = {node.action for _, node in achievers_in(tree, condition_id)} | excluded
+    ranked = [entry for entry in h.achievers(condition) if entry[-1] not in present]
+    ranked.sort(key=lambda entry: entry[-1] not in prefer)  # stable: within, best first
+    actions = (domain.action(call) for *_, call in ranked)
+    found = (a for a in actions if a is not None and above.isdisjoint(a.pre))
+    return tuple(islice(found, MAX_CANDIDATES))
 
 
 def _threatened(

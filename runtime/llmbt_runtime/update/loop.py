@@ -53,6 +53,7 @@ def update(
     alone so grown; the plan as a chain. Unsolvable is a proof from this state by these templates without the excluded
     actions, for every alternative; OutOfBudget counts state expansions.
     """
+    domain = domain.for_state(facts)
     kept = rollout(tree, domain, facts, goals, excluded=excluded)
     if isinstance(kept, Certificate):
         return Kept(kept)
@@ -96,7 +97,8 @@ def _planned(
     prefer = frozenset(a.call for a in plan)
 
     anew = (_note("goals", plan, "grown anew from the goals, in the order in which a plan reaches them"),)
-    for start, steps in ((tree, prelude), (_by_plan(goals, k, plan), anew)):
+    starts = ((tree, prelude), (_by_plan(goals, k, plan), anew))
+    for start, steps in starts if tree.has_actions() else starts[1:]:
         within = _branch(start, goals, k)
         guided = imagine(start, domain, facts, goals, excluded=excluded, prefer=prefer, within=within)
         if guided is not None and len(guided.certificate.actions) <= len(plan):
