@@ -40,7 +40,7 @@ demo: setup ## compile and execute the canonical request into runs/demo; an obst
 test: .venv/.tested ## the tests that the plain install can run
 	$(THREADS) $(PY) -m pytest -m "not extras"
 
-test-extras: .venv/.tested ## the tests that need an optional dependency
+test-extras: .venv/.planners ## the tests that need an optional dependency
 	$(THREADS) $(PY) -m pytest -m extras || [ $$? -eq 5 ]
 
 lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
@@ -49,7 +49,11 @@ lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
 	.venv/bin/mypy
 	.venv/bin/lint-imports
 
-bench: .venv/.tested ## the figures of docs/benchmarks.md
+.venv/.planners: .venv/.tested
+	@$(PIP) install -c constraints.txt -e '.[planners]'
+	@touch $@
+
+bench: .venv/.planners ## the figures of docs/benchmarks.md, other planners beside ours
 	$(PY) -m tests.bench
 
 evidence: .venv/.tested ## long runs in physics (half an hour); writes docs/evidence.md

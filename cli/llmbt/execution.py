@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from llmbt import __version__
 from llmbt.progress import Progress
@@ -31,7 +31,10 @@ from llmbt_runtime.record import RunFolder, result_document, signatures_of, writ
 from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.world import World
 
-__all__ = ["Order", "execute_tree", "exit_code_of", "load_tree", "read_state", "solve_problem"]
+if TYPE_CHECKING:
+    from llmbt_atl.pddl import PddlProblem
+
+__all__ = ["Order", "execute_tree", "exit_code_of", "load_tree", "read_problem", "read_state", "solve_problem"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +77,7 @@ def load_tree(data: bytes, source: str, scene: Scene) -> tuple[TreeFile, Library
                 title = f"scene `{scene.name}` has no `{arg}`"
                 faults.append(Diagnostic("E055", title, file.line(node.id), help=hint, candidates=close))
             elif not library.is_a(known[arg], param.type):
-                title = f"`{arg}` is a {known[arg]}, and `{leaf.name}` takes a {param.type} as {param.name}"
+                title = f"`{arg}` is of type {known[arg]}, and `{leaf.name}` takes a {param.type} as {param.name}"
                 faults.append(Diagnostic("E059", title, file.line(node.id)))
     if faults:
         raise LlmbtError(*faults[:10])
@@ -133,9 +136,18 @@ def execute_tree(
     )
 
 
+def read_problem(texts: tuple[str, str], sources: tuple[str, str]) -> PddlProblem:
+    """A PDDL domain and problem. E090-E095, and E058 where it states no goals."""
+    from llmbt_atl.pddl import import_domain, import_problem
+
+    problem = import_problem(texts[1], import_domain(texts[0], sources[0]), sources[1])
+    if not problem.goals:
+        raise LlmbtError(Diagnostic("E058", "the problem states no goals", Span(sources[1])))
+    return problem
+
+
 def solve_problem(
-    texts: tuple[str, str],
-    sources: tuple[str, str],
+    problem: PddlProblem,
     folder: Path,
     progress: Progress,
     *,
@@ -143,17 +155,13 @@ def solve_problem(
     budget: int,
     failure_rate: float,
 ) -> dict[str, Any]:
-    """Run the loop on a PDDL domain and problem in the symbolic world; `result.json`'s content, in PDDL's names."""
-    from llmbt_atl.pddl import import_domain, import_problem, pddl_call, write_library
+    """Run the loop on a PDDL problem in the symbolic world; `result.json`'s content, in PDDL's names."""
+    from llmbt_atl.pddl import pddl_call, write_library
 
     started = time.monotonic()
-    library = import_domain(texts[0], sources[0])
-    problem = import_problem(texts[1], library, sources[1])
     library = problem.domain.library
     write_atomic(folder / "library.xml", write_library(library))
     goals: Goals = (problem.goals,)
-    if not problem.goals:
-        raise LlmbtError(Diagnostic("E058", "the problem states no goals", Span(sources[1])))
     told = _goal_records(goals)
     tree = goal_tree(goals)
     xml = write_tree(tree, signatures_of(library), Provenance(goals=told))

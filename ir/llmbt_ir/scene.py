@@ -15,7 +15,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
-from llmbt_ir.geometry import Pose, quat_from_yaw, yaw_from_quat
+from llmbt_ir.geometry import Box, Pose, quat_from_yaw, yaw_from_quat
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
 from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes
 
@@ -38,6 +38,8 @@ Vec3 = tuple[float, float, float]
 
 SLOT_TOLERANCE_M = 0.02
 """A body is on a slot when its centre is within this of the slot's, in x and in y."""
+REACH_M = 0.8
+"""How far from its base the arm puts things down from above."""
 SUPPORT_TOLERANCE_M = 0.01
 """A body is on a surface when its bottom is within this of it."""
 OVERLAP_M = 0.0005
@@ -232,7 +234,8 @@ def load_scene(name_or_path: str) -> Scene:
             Diagnostic(
                 "E040",
                 f"unknown scene `{name_or_path}`",
-                help=f"shipped: {', '.join(scene_names())}; or give the path of an .xml file",
+                help=(f"did you mean {close[0]}? " if close else "")
+                + f"shipped: {', '.join(scene_names())}; or give the path of an .xml file",
                 candidates=close,
             )
         )
@@ -303,6 +306,7 @@ class _Reader:
         xyz = _triple(robot.get("xyz_m"))
         if not self.faults:
             self.check_overlaps(fixtures, objects, xyz)
+            self.check_slots(fixtures, places, xyz)
         if self.faults:
             raise LlmbtError(*self.faults)
         return Scene(
@@ -439,6 +443,20 @@ class _Reader:
                     break
                 seen.add(here)
                 here = parent[here]
+
+    def check_slots(self, fixtures: tuple[Fixture, ...], places: tuple[ScenePlace, ...], robot: Vec3) -> None:
+        """What is put on a slot stays there, and the arm comes to it."""
+        for p in places:
+            if not p.is_slot or p.surface_m is None:
+                continue
+            x, y, z = p.surface_m
+            under = [f for f in fixtures if abs(f.top_m - z) < SUPPORT_TOLERANCE_M]
+            if not any(Box(f.xyz_m, f.size_m).contains_xy(x, y) for f in under):
+                title = f"nothing is under the slot `{p.id}`: no fixture's top is at {z:g} m there"
+                self.fault("E047", title, p.line, "set its surface on a fixture, or add one")
+            elif math.hypot(x - robot[0], y - robot[1]) > REACH_M:
+                title = f"the slot `{p.id}` is out of the arm's reach of {REACH_M:g} m"
+                self.fault("E048", title, p.line, "move it, or the robot")
 
     def check_overlaps(self, fixtures: tuple[Fixture, ...], objects: tuple[Body, ...], robot: Vec3) -> None:
         height = ROBOT_FOOTPRINT_M[2]

@@ -170,7 +170,8 @@ MAX_ALTERNATIVES = 256
 
 def goals_of(tree: Tree) -> Goals:
     """The goals that a tree states: of an initial tree the formula it is (Sequence: and, Fallback: or), of a tree that
-    acts the heads of its root's children. Contradictory alternatives are kept out; ValueError where there are more
+    acts the heads of its root's children. Contradictory alternatives are left out where there
+    are others; ValueError where there are more
     than `MAX_ALTERNATIVES`, or none."""
     if tree.has_actions():
         root = tree[tree.root]
@@ -198,5 +199,5 @@ def _formula(tree: Tree) -> Goals:
                 if len(product) > MAX_ALTERNATIVES:
                     raise ValueError(f"the goals have more than {MAX_ALTERNATIVES} alternatives")
             values[node.id] = product
-    unique = (tuple(dict.fromkeys(alternative)) for alternative in values[tree.root])
-    return tuple(dict.fromkeys(a for a in unique if not any(~c in a for c in a)))
+    unique = tuple(dict.fromkeys(tuple(dict.fromkeys(alternative)) for alternative in values[tree.root]))
+    return tuple(a for a in unique if not any(~c in a for c in a)) or unique[:1]

@@ -27,15 +27,15 @@ def draw(wanted: str, rng: Chance, names: tuple[str, ...] = NAMES) -> tuple[str,
         name, _, count = part.strip().partition(":")
         if name == "none":
             continue
-        if name == "random" and names and (count.isdigit() or part.strip() == name):
-            n = int(count) if count.isdigit() else 1
+        if name == "random" and names and _counted(part, count):
+            n = int(count or 1)
             pool: list[str] = []
             for _ in range(n):
                 pool = pool or list(names)
                 drawn.append(pool.pop(rng.integers(len(pool))))
         elif name in names and not count:
             drawn.append(name)
-        elif (name in NAMES and not count) or (name == "random" and (count.isdigit() or part.strip() == name)):
+        elif (name in NAMES and not count) or (name == "random" and _counted(part, count)):
             raise _does_not_apply(name)
         else:
             close = nearest(part, (*names, "none", "random"))
@@ -49,6 +49,10 @@ def draw(wanted: str, rng: Chance, names: tuple[str, ...] = NAMES) -> tuple[str,
                 exit_code=ExitCode.BAD_INPUT,
             )
     return tuple(drawn)
+
+
+def _counted(part: str, count: str) -> bool:
+    return part.strip() == "random" or (count.isdigit() and int(count) > 0)
 
 
 def applicable(domain: Domain, facts: Facts, goals: tuple[Condition, ...]) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 from tests.bench.clock import Ledger, process, python
+from tests.bench.planners import planning
 
 CANONICAL = "Please sort the cargo by colour: green on shelf level 1, yellow on level 2, red on level 3."
 LLMBT = str(Path(__file__).resolve().parents[2] / ".venv" / "bin" / "llmbt")
@@ -84,6 +85,7 @@ def executing(runs: int = 3) -> None:
         rest = total - sum(parts.spent.values())
         print(f"  {'everything else: ticks, updates, files':<50}{rest:6.2f} s   {100 * rest / total:4.0f} %")
 
+
 def tagging() -> None:
     """Tagging sixteen steps, once loaded."""
     print("\n## Tagging 16 steps, one thread, once loaded\n")
@@ -97,9 +99,9 @@ def tagging() -> None:
 
 if __name__ == "__main__":
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--only", choices=["starting", "tagging", "executing"], default=None)
+    options.add_argument("--only", choices=["starting", "tagging", "executing", "planning"], default=None)
     wanted = options.parse_args().only
     print("# Benchmarks: figures of this run, on a machine that may be shared; medians with their range")
-    for part in (starting, tagging, executing):
+    for part in (starting, tagging, executing, planning):
         if wanted in (None, part.__name__):
             part()

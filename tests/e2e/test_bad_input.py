@@ -88,7 +88,9 @@ def test_an_unknown_scene(llmbt, tmp_path):
     assert "cargo_sorting" in answer.err
 
 
-@pytest.mark.parametrize("change", [('type="slot"', 'type="slott"'), ('parent="shelf"', 'parent="shelff"'), ("<Objects>", "<Objekts>")])
+@pytest.mark.parametrize(
+    "change", [('type="slot"', 'type="slott"'), ('parent="shelf"', 'parent="shelff"'), ("<Objects>", "<Objekts>")]
+)
 def test_a_bad_scene(llmbt, tmp_path, change):
     from llmbt_ir.shipped import shipped
 

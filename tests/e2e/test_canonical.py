@@ -53,7 +53,17 @@ def assert_versions_restart(folder, scene_name):
 @pytest.mark.parametrize(("disturb", "seed"), CASES)
 def test_the_sentence_sorts_the_cargo(llmbt, tmp_path, disturb, seed):
     answer = llmbt(
-        "run", CANONICAL, "--scene", "cargo_sorting", "-o", tmp_path / "out", "--disturb", disturb, "--seed", seed, "--json"
+        "run",
+        CANONICAL,
+        "--scene",
+        "cargo_sorting",
+        "-o",
+        tmp_path / "out",
+        "--disturb",
+        disturb,
+        "--seed",
+        seed,
+        "--json",
     )
     assert answer.code == 0
     result = json.loads((tmp_path / "out" / "result.json").read_text())

@@ -27,6 +27,8 @@ ROOT = Path(__file__).resolve().parents[2]
 CANONICAL = "sort_by_colour"
 DISTURBANCES = ("drop", "obstacle_at_place", "obstacle_at_pick", "placed_object_moved")
 QUIET = Progress(quiet=True)
+Case = tuple[str, str, int]
+"""A dialogue's name, a disturbance, a seed."""
 
 
 def compiled(name: str, folder: Path) -> tuple[str, Path]:
@@ -64,19 +66,20 @@ def error_mm(result: dict[str, Any]) -> float:
     return worst
 
 
-def rows(cases: list[tuple[str, str, int]], folder: Path) -> Iterator[tuple[tuple[str, str, int], dict[str, Any], bool]]:
-    """Run cases of (dialogue, disturbance, seed), telling each."""
+def rows(cases: list[Case], folder: Path) -> Iterator[tuple[Case, dict[str, Any], bool]]:
+    """Run cases, telling each."""
     for k, (name, disturb, seed) in enumerate(cases, 1):
         scene, tree = compiled(name, folder / f"c{k}")
         into = folder / f"run{k}"
         start = time.monotonic()
         result = run(scene, tree, into, disturb, seed)
         restart = versions_restart(scene, into)
-        print(f"{k:3d}/{len(cases)} {name} {disturb} {seed}: {result['outcome']}, {time.monotonic() - start:.1f} s", flush=True)
+        seconds = time.monotonic() - start
+        print(f"{k:3d}/{len(cases)} {name} {disturb} {seed}: {result['outcome']}, {seconds:.1f} s", flush=True)
         yield (name, disturb, seed), result, restart
 
 
-def table(title: str, cases: list[tuple[str, str, int]], folder: Path) -> list[str]:
+def table(title: str, cases: list[Case], folder: Path) -> list[str]:
     """A table by request and disturbance."""
     found = list(rows(cases, folder))
     lines = [
@@ -94,8 +97,8 @@ def table(title: str, cases: list[tuple[str, str, int]], folder: Path) -> list[s
         lines.append(
             f"| {name} | {disturb} | {won}/{len(rs)} | {'' if disturb == 'none' else f'{broke}/{len(rs)}'} | "
             f"{sum(ok for _, _, ok in rs)}/{len(rs)} | {statistics.median(r['updates'] for r in results):g} | "
-            f"{max(r['sim_time_s'] for r in results):.1f} | {statistics.median(r['wall_time_s'] for r in results):.1f} | "
-            f"{max(map(error_mm, results)):.1f} |"
+            f"{max(r['sim_time_s'] for r in results):.1f} | "
+            f"{statistics.median(r['wall_time_s'] for r in results):.1f} | {max(map(error_mm, results)):.1f} |"
         )
         for key, r, _ in rs:
             if r["outcome"] != "SUCCESS":
@@ -130,8 +133,8 @@ def main() -> None:
             "# Evidence",
             "",
             f"Written by `make evidence` on {datetime.now(UTC).date()}, Python {platform.python_version()}, "
-            f"{platform.machine()}; physics simulated by pybullet, replies authored by hand. Wall times are of a shared "
-            "machine.",
+            f"{platform.machine()}; physics simulated by pybullet, replies authored by hand. Wall times are of a "
+            "shared machine.",
             "",
         ]
         canonical = [(CANONICAL, d, s) for d in ("none", *DISTURBANCES) for s in seeds]

@@ -1,25 +1,9 @@
-"""Our search next to other planners, on the same PDDL: whole process and search alone.
-
-    python tests/search/bench.py [PLANNERS_VENV]
-
-The other planners are taken from a scratch environment, where it exists:
-    python -m venv /tmp/planners && /tmp/planners/bin/pip install up-fast-downward pyperplan pymimir
-"""
+"""Planning problems of growing size, as PDDL, and our search alone as a program: for `make bench`."""
 
 from __future__ import annotations
 
-import os
 import random
-import re
-import subprocess
-import sys
-import tempfile
-import time
 from itertools import pairwise
-from pathlib import Path
-
-ROOT = Path(__file__).parents[2]
-LIMIT_S = 60.0
 
 BLOCKS = """(define (domain blocks)
   (:requirements :strips)
@@ -99,81 +83,3 @@ print("search", spent, "expanded", result.expansions)
 if isinstance(result, Plan):
     print("plan length", len(result.actions))
 """
-
-
-def commands(planners: Path, domain: Path, problem: Path, work: Path) -> dict[str, list[str]]:
-    """What to run for each planner that is there."""
-    found = {"ours": [sys.executable, "-c", OURS, str(domain), str(problem)]}
-    down = next(planners.glob("lib/python*/site-packages/up_fast_downward/downward/fast-downward.py"), None)
-    python = str(planners / "bin" / "python")
-    if down is not None:
-        found["lama-first"] = [
-            python,
-            str(down),
-            "--plan-file",
-            str(work / "sas_plan"),
-            "--sas-file",
-            str(work / "o.sas"),
-            "--alias",
-            "lama-first",
-            str(domain),
-            str(problem),
-        ]
-    if (planners / "bin" / "pyperplan").exists():
-        found["pyperplan gbf hff"] = [
-            python,
-            str(planners / "bin" / "pyperplan"),
-            "-H",
-            "hff",
-            "-s",
-            "gbf",
-            str(domain),
-            str(problem),
-        ]
-    return found
-
-
-def run(command: list[str], work: Path) -> tuple[float, str]:
-    """Seconds and what was printed; `none` where it takes too long."""
-    env = {**os.environ, "PYTHONPATH": ":".join(str(ROOT / p) for p in ("ir", "atl", "runtime"))}
-    start = time.perf_counter()
-    try:
-        done = subprocess.run(command, cwd=work, env=env, capture_output=True, text=True, timeout=LIMIT_S, check=False)
-    except subprocess.TimeoutExpired:
-        return time.perf_counter() - start, "none"
-    return time.perf_counter() - start, done.stdout + done.stderr
-
-
-_NUMBERS = {
-    "length": re.compile(r"(?:[Pp]lan length:?|Plan length: ) *(\d+)"),
-    "search": re.compile(r"(?:^search |Search time: |Search time: )([\d.e-]+)", re.MULTILINE),
-}
-
-
-def main(planners: Path = Path("/tmp/planners"), repeats: int = 3) -> None:
-    """Print the table."""
-    problems = {f"blocks {n}": (BLOCKS, blocks_problem(n, 1)) for n in (5, 10, 20, 50)}
-    for n, k in ((3, 5), (6, 9), (12, 16), (40, 60)):
-        problems[f"places {n}/{k}"] = (PLACES, places_problem(n, k, 1))
-    print(f"{'problem':14} {'planner':18} {'process s':>10} {'search s':>10} {'actions':>8}")
-    for title, (domain_text, problem_text) in problems.items():
-        with tempfile.TemporaryDirectory() as name:
-            work = Path(name)
-            domain, problem = work / "domain.pddl", work / "problem.pddl"
-            domain.write_text(domain_text)
-            problem.write_text(problem_text)
-            for planner, command in commands(planners, domain, problem, work).items():
-                times = []
-                text = ""
-                for _ in range(repeats):
-                    spent, text = run(command, work)
-                    times.append(spent)
-                    if text == "none" or spent > 10:
-                        break
-                shown = {k: m.group(1) if (m := r.search(text)) else "-" for k, r in _NUMBERS.items()}
-                whole = "none" if text == "none" else f"{min(times):.3f}"
-                print(f"{title:14} {planner:18} {whole:>10} {shown['search'][:8]:>10} {shown['length']:>8}", flush=True)
-
-
-if __name__ == "__main__":
-    main(*(Path(a) for a in sys.argv[1:2]))

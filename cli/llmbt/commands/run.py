@@ -51,10 +51,13 @@ def run(
     from llmbt.folders import fresh_folder
     from llmbt.progress import Progress
     from llmbt_ir.scene import load_scene
+    from llmbt_runtime.chance import chance
+    from llmbt_runtime.disturbance import draw
 
     text = read_request(request_text)
     request = Request(text, scene, map_file, cassette, record, replace, base_url, model, answers, tagger, partial)
     order = Order(load_scene(scene), world, seed, disturb, budget, picture, state)
+    draw(disturb, chance(seed, "disturb"))
     fresh_folder(folder, force=force)
     progress = Progress(quiet=quiet or as_json)
     compiled = compile_into(request, folder, progress)

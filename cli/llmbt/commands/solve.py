@@ -40,16 +40,14 @@ def solve(
     succeeded, as other planners write them.
     """
     from llmbt.commands.execute import summary
-    from llmbt.execution import solve_problem
+    from llmbt.execution import read_problem, solve_problem
     from llmbt.folders import fresh_folder
     from llmbt.progress import Progress
     from llmbt_ir.xml import read_bytes
 
     texts = [read_bytes(p, "PDDL file").decode("utf-8", "replace") for p in (domain, problem)]
     progress = Progress(quiet=quiet or as_json)
+    stated = read_problem((texts[0], texts[1]), (str(domain), str(problem)))
     fresh_folder(folder, force=force)
-    names = (str(domain), str(problem))
-    document = solve_problem(
-        (texts[0], texts[1]), names, folder, progress, seed=seed, budget=budget, failure_rate=failure_rate
-    )
+    document = solve_problem(stated, folder, progress, seed=seed, budget=budget, failure_rate=failure_rate)
     return summary(document, folder, as_json=as_json)

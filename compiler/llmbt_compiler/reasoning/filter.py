@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from llmbt_compiler.reasoning.layout import Item, Kind, View, joined, json_items, lay_out, view
 from llmbt_compiler.reasoning.prompt import clean
@@ -19,11 +19,14 @@ from llmbt_compiler.reasoning.wording import (
     Sense,
     Sort,
     asks,
+    assigns,
+    commanded,
     dangles,
     is_side_heading,
     overrides,
     references,
     sense,
+    tells_of_places,
 )
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 
@@ -39,7 +42,11 @@ _SENTENCE_END = re.compile(r"[.!?][\"'”)\]]*(?:\s+(?=[\"'“(\[]?[A-Z0-9])|\s*
 _ABBREVIATION = re.compile(r"\b(?:e\.g|i\.e|etc|approx|no|nr|pos|fig|vs|cf)\.$", re.IGNORECASE)
 _THEN = re.compile(r"\s*[,;]\s+(?:and\s+)?(?=then\b)|\s+(?=and then\b)", re.IGNORECASE)
 _STUMP = re.compile(r"[.!?:;)][ \t]*[\r\n]\s*\d{1,3}[.)]?\s*\Z")
-_ON_NUMBER = re.compile(r"\b(?:on|onto|in|into|to|at|over)\s+(?:\w+\s+){0,3}?\w*[ _]?\d+$")
+_ON_NUMBER = re.compile(
+    r"\b(?:on|onto|in|into|to|at|over)\s+(?:\w+\s+){0,3}?(?:\w*[ _-]?\d+|\w*\d+-?[A-Za-z]|[a-z]+[ _-][A-Z]{1,3})$"
+)
+_WHERE_TO = re.compile(r"\b(?:on|onto|into|in|to|at|upon)\s", re.IGNORECASE)
+_ONE_THING = re.compile(r"(?:it|they|\w+[ _]#?\d+)\b", re.IGNORECASE)
 _TRAILING = re.compile(r"(?:\s*[,;]?\s*\band|[,;\s]+)$", re.IGNORECASE)
 _ENDED = re.compile(r"[.!?:;][\"'”)\]]*$")
 
@@ -209,9 +216,13 @@ def _select(items: list[Item], structured: bool) -> tuple[list[_Found], list[Dro
             loose = numbered and not any(i.kind in (Kind.NUMBER, Kind.ROW) for i in group)
             kept += [f for f in found if not loose or (f.sort.sense is Sense.ACTION and references(f.view.text))]
     if any(f.sort.sense is Sense.ACTION for f in kept):
-        kept = [f for f in kept if f.sort.sense is not Sense.PASSIVE or f.number is not None or f.sort.led]
+        kept = [
+            f
+            for f in kept
+            if f.sort.sense is not Sense.PASSIVE or f.number is not None or f.sort.led or assigns(f.view.text)
+        ]
     if not structured and not main and any(not f.sort.first_person for f in kept):
-        kept = [f for f in kept if not f.sort.first_person]
+        kept = [f for f in kept if not f.sort.first_person or commanded(f.view.text) is not None]
     return kept, _dropped(items, kept)
 
 
@@ -296,7 +307,7 @@ def _own(whole: View, number: int | None) -> list[_Found]:
     heads = _acts(head, number)
     acts = [f for f in _acts(tail, number) if f.sort.sense is Sense.ACTION]
     if not acts:
-        explains = heads and (whole.bold or sense(tail.text).sense is not Sense.UNKNOWN)
+        explains = heads and (whole.bold or sense(tail.text).sense is not Sense.UNKNOWN) and not assigns(whole.text)
         return heads if explains else _acts(whole, number)
     ours, theirs = references(head.text), frozenset().union(*(references(f.view.text) for f in acts))
     if not any(f.sort.sense is Sense.ACTION for f in heads) or ours < theirs:
@@ -333,7 +344,9 @@ def _acts(whole: View, number: int | None) -> list[_Found]:
     found: list[_Found] = []
     for sentence in _sentences(whole):
         sort = sense(sentence.text)
-        if sort.sense in (Sense.UNKNOWN, Sense.PASSIVE) and found:
+        if sort.sense in (Sense.UNKNOWN, Sense.PASSIVE, Sense.EXPLANATION) and found:
+            if assigns(sentence.text) and _ONE_THING.match(sentence.text):
+                found.append(_Found(sentence, sort, number))
             continue
         if sort.sense in (Sense.ACTION, Sense.UNKNOWN, Sense.PASSIVE):
             found.append(_Found(sentence.part(sort.cut, len(sentence.text)), sort, number))
@@ -378,12 +391,35 @@ def _of_prose(items: Iterable[Item], *, beside_list: bool) -> list[_Found]:
                 continue
             for part in _clauses(sentence):
                 sort = sense(part.text)
+                if not beside_list and sort.sense is not Sense.ACTION:
+                    found += _told_in_prose(part, sort)
+                    continue
                 plain = sort.sense is Sense.ACTION and not (beside_list and sort.first_person)
-                told = sort.sense is Sense.PASSIVE and bool(references(part.text))
-                guessed = (sort.sense is Sense.UNKNOWN or told) and sort.led and not beside_list
-                if (plain and (not beside_list or (sort.led and references(part.text)))) or guessed:
+                if plain and (not beside_list or (sort.led and references(part.text))):
                     found.append(_Found(part.part(sort.cut, len(part.text)), sort))
     return found
+
+
+def _told_in_prose(part: View, sort: Sort) -> list[_Found]:
+    """A sentence of a reply without a list that does not plainly begin with its verb: a step where a command stands
+    behind what leads up to it, where it says where something is to go, or where it speaks of handling numbered
+    things. Only what has none of these is said around the steps."""
+    text = part.text
+    at = commanded(text)
+    if at is not None:
+        return [_Found(part.part(at, len(text)), replace(sort, sense=Sense.ACTION, cut=at, first_person=False))]
+    if sort.sense in (Sense.CONDITION, Sense.PROHIBITION, Sense.EMPTY, Sense.REMARK):
+        return []
+    led = sort.led and bool(references(text)) and sort.sense is not Sense.EXPLANATION
+    led = led or (sort.led and sort.sense is Sense.UNKNOWN)
+    unknown = sort.sense is Sense.UNKNOWN and _is_told_where(text)
+    if led or unknown or assigns(text) or tells_of_places(text):
+        return [_Found(part.part(sort.cut, len(text)), sort)]
+    return []
+
+
+def _is_told_where(text: str) -> bool:
+    return len({noun for noun, _ in references(text)}) > 1 and _WHERE_TO.search(text) is not None
 
 
 def _sentences_of(items: list[Item]) -> Iterable[View]:

@@ -10,7 +10,19 @@ import re
 from dataclasses import dataclass
 from enum import StrEnum
 
-__all__ = ["Sense", "Sort", "asks", "dangles", "is_side_heading", "overrides", "references", "sense"]
+__all__ = [
+    "Sense",
+    "Sort",
+    "asks",
+    "assigns",
+    "commanded",
+    "dangles",
+    "is_side_heading",
+    "overrides",
+    "references",
+    "sense",
+    "tells_of_places",
+]
 
 _VERBS = frozenset(
     """
@@ -94,6 +106,60 @@ _PASSIVE = re.compile(
     r"(?:\w+ed |put |set )?(?:on|onto|to|in|into|at|by)\b",
     re.IGNORECASE,
 )
+_HANDLING = (
+    "pick grasp grab take lift fetch get collect retrieve seize grip hold put place set move transfer stack sort arrange "
+    "position lay deposit store bring carry relocate shift deliver load transport stow return swap exchange switch clear "
+    "remove release drop insert slide push pull hand give distribute group"
+).split()
+_IDIOM = re.compile(
+    r"(?:tak(?:e|ing) (?:a (?:look|moment)|note|care|place|the following|these)|get(?:ting)? (?:started|to work|going)|"
+    r"hold(?:ing)? on|mov(?:e|ing) on|put(?:ting)? (?:it )?(?:differently|simply|together))\b",
+    re.IGNORECASE,
+)
+_NUMBERED_NOUN = re.compile(
+    r"(?:position|place|stack|group|line|level)s?[ _]#?\d+\w*\s*(?:$|[.,:;)\]→=<-]|(?:gets?|receives?|takes?|holds?|is|are|"
+    r"on|in|of|for|and|will|should|must|has|to|at)\b)",
+    re.IGNORECASE,
+)
+_INTERJECTION = re.compile(
+    r"(?:sure(?: thing)?|certainly|of course|okay|ok|alright|all right|absolutely|great|yes|no problem|understood|got it|"
+    r"right|well|hello|hi|hey)\b(?: there)?\s*[,!:;–—-]+\s*",
+    re.IGNORECASE,
+)
+_ADVICE = re.compile(
+    r"(?:(?:i|we)(?:['’]d|\s+would|\s+can|\s+could)?\s+(?:suggest|recommend|advise|propose|start|begin)(?:\s+off)?\s+"
+    r"(?:(?:that|you|we|to|by|with|the robot|should)\s+)*|"
+    r"(?:the|your|my|our|a)\s+(?:\w+\s+){0,2}?(?:step|move|action|thing)(?:\s+to do)?\s+(?:is|would be|will be)\s+"
+    r"(?:to\s+)?|"
+    r"(?:what|all) (?:you|we|the robot) (?:need|needs|have|has|should|must|can)?\s*(?:to )?do(?:es)? is\s*:?\s+(?:to\s+)?|"
+    r"(?:you|we|i|one|the robot|robot|the arm)(?:['’](?:ll|d|ve))?\s+(?:(?:will|would|may|might|just|only|simply|first|then|"
+    r"also|now|next|can|could|should|must|has|have|is|are|am|is then|got)\s+)*(?:(?:want|wants|like|need|needs|have|has|ought|"
+    r"are|is|am|got|going|supposed|better)\s+(?:to\s+)?)?(?:(?:first|then|now|next|also|simply|just)\s+)*|"
+    r"(?:it is|it['’]s|it would be|it will be)\s+(?:best|good|easiest|necessary|time|better|important|possible|sensible)\s+"
+    r"to\s+|"
+    r"(?:go ahead and|(?:be|make) sure (?:to|you)|remember to|do(?: not|n['’]t) forget to|try to|feel free to|proceed to|"
+    r"continue to|kindly|have the robot|let the robot|tell the robot to|make the robot|get the robot to)\s+|"
+    r"(?:start|begin|finish|end|conclude|continue|proceed|go on)(?:\s+(?:off|out))?\s+(?:by|with)\s+)",
+    re.IGNORECASE,
+)
+_AT_PLACE = re.compile(r"\b(?:on|onto|into|in|to|at|upon|inside|towards?|→)\s|->|=>", re.IGNORECASE)
+_PAST = re.compile(
+    r"\b(?:has|have|had)\s+(?:\w+\s+)?been\b|\b(?:was|were)\b|\b(?:because|since|so that|as a result|ensures?|means|reason)\b",
+    re.IGNORECASE,
+)
+_ASSIGNED = re.compile(
+    r"(?:[^\s,;:]+\s+){1,8}?(?:then |also |now )?(?:(?:(?:should|must|will|shall|can|has to|have to|needs? to|ought to|is to|"
+    r"are to) )?(?:then |also )?(?:go|goes|belongs?|be (?:put|set|laid|brought|carried|\w+ed))|(?:is|are|gets?) (?:then |also |"
+    r"to be |going )?(?:put|set|laid|brought|placed|moved|transferred|carried|delivered|stored|assigned|stacked))\s+"
+    r"(?:\w+ )??(?:on|onto|to|in|into|at|inside|upon)\b",
+    re.IGNORECASE,
+)
+_POINTED = re.compile(
+    r"(?:place:\s*)?(?:\w+[ _]){0,3}(?:#?\d+|block|cube|one|object)s?\s*(?:→|->|=>|:|=)\s*(?:(?:on|to|in) )?(?:the )?"
+    r"(?:\w+[ _]){0,3}#?\w*\d+\b",
+    re.IGNORECASE,
+)
+_RECEIVES = re.compile(r"[^,;:]{1,60}\b(?:gets|receives)\s+[^,;]{2,}", re.IGNORECASE)
 _LABEL = re.compile(
     r"(?:object|block|item|level|shelf|position|place|area|green|yellow|red|blue|colou?r|robot|gripper|arm|"
     r"total|final|"
@@ -123,9 +189,12 @@ _ASKS = re.compile(
     re.IGNORECASE,
 )
 _DANGLING = re.compile(
-    r"\b(?:and|or|the|a|an|on|onto|to|of|at|in|into|from|with|then|its|up|for|by|as|pick|place|put)\W*$",
+    r"\b(?:and|or|the|a|an|on|onto|to|of|at|in|into|from|with|then|its|for|by|as|"
+    r"(?:pick|lift|take|grab|move|go|back)(?:ing|s|es)? up|pick|(?:and|then|to|,) +(?:place|put))\W*$|"
+    r"^\W*(?:place|put|pick|up)\W*$",
     re.IGNORECASE,
 )
+_NAMED_BY_LETTER = re.compile(r"[A-Za-z]{2,}[ _-][A-Z]\W*$")
 _REFERENCE = re.compile(r"\b([a-z]+?)s?[ _]?#?(\d+)((?:(?:\s*,\s*|\s*,?\s+(?:and|or|to|&)\s+)\d+\b)*)", re.IGNORECASE)
 
 
@@ -208,6 +277,8 @@ def _told(line: str, at: int) -> Sense:
 
 def _verb_at(line: str, at: int) -> int | None:
     """Where an instruction's verb stands, after an adverb at most; None where no known verb does."""
+    if _NUMBERED_NOUN.match(line, at):
+        return None
     adverb = _ADVERB.match(line, at)
     for begin in (at, adverb.end()) if adverb else (at,):
         word = re.compile(r"[A-Za-z]+(?![A-Za-z'’])").match(line, begin)
@@ -218,6 +289,65 @@ def _verb_at(line: str, at: int) -> int | None:
 
 def _base(word: str) -> bool:
     return word in _VERBS or (word.endswith("s") and (word[:-1] in _VERBS or word[:-2] in _VERBS))
+
+
+def commanded(text: str) -> int | None:
+    """Where the command of a sentence begins that handles things, after whatever leads up to it ("To do this, first",
+    "Sure,", "I would", "Start by"): a verb of handling with a number or a place after it. None where there is none.
+    """
+    line = text.replace("\n", " ")
+    at, by = 0, False
+    for _ in range(8):
+        if _CONDITION.match(line, at) or (_NEGATION.match(line, at) and not _ADVICE.match(line, at)):
+            return None
+        if _handles(line, at, by):
+            return at
+        found = next(
+            (m for p in (_INTERJECTION, _CONNECTIVE, _CLAUSE, _ADVICE, _LEAD, _ADVERB) if (m := p.match(line, at))), None
+        )
+        if found is None:
+            return None
+        by = re.search(r"\b(?:by|with|suggest|recommend|propose|is|be)\s+$", found.group(), re.IGNORECASE) is not None
+        at = found.end()
+    return None
+
+
+def _handles(line: str, at: int, by: bool) -> bool:
+    word = re.compile(r"[A-Za-z]+(?![A-Za-z'’])").match(line, at)
+    if word is None or _IDIOM.match(line, at) or _NUMBERED_NOUN.match(line, at) or _NOUN_SUBJECT.match(line, at):
+        return False
+    verb = word.group().lower()
+    if by and verb.endswith("ing"):
+        stem = verb[:-3]
+        forms = {stem, stem + "e", stem[:-1]}
+    else:
+        forms = {verb, verb.removesuffix("s"), verb.removesuffix("es")}
+    rest = line[word.end() :]
+    return not forms.isdisjoint(_HANDLING) and bool(references(rest) or _AT_PLACE.search(rest))
+
+
+def assigns(text: str) -> bool:
+    """Whether a sentence says where something is to go: "object 1 goes to position 11", "object 1 -> position 11",
+    "position 21 gets object 3". What has been, or is so because of something, does not."""
+    line = text.replace("\n", " ")
+    at, _ = _past_connectives(line)
+    if _PAST.search(line) or _around(line, at) is not None:
+        return False
+    if _RECEIVES.match(line, at) and len(_nouns(line)) > 1:
+        return True
+    return _ASSIGNED.match(line, at) is not None or (_POINTED.match(line, at) is not None and len(_nouns(line)) > 1)
+
+
+def tells_of_places(text: str) -> bool:
+    """Whether a text names numbered things of two kinds, one of them as where to: it may not be lost."""
+    if _PAST.search(text) or len(_nouns(text)) < 2 or not _AT_PLACE.search(text):
+        return False
+    words = re.findall(r"[a-z]+", text.lower())
+    return any(form in _HANDLING for w in words for form in (w, w.removesuffix("s"), w.removesuffix("ing")))
+
+
+def _nouns(text: str) -> frozenset[str]:
+    return frozenset(noun for noun, _ in references(text))
 
 
 def references(text: str) -> frozenset[tuple[str, str]]:
@@ -248,4 +378,9 @@ def overrides(text: str) -> re.Match[str] | None:
 
 def dangles(text: str) -> bool:
     """Whether a text ends in the middle: on a word that wants another, or with something left open."""
-    return _DANGLING.search(text) is not None or text.count("(") > text.count(")")
+    if text.count("(") > text.count(")"):
+        return True
+    found = _DANGLING.search(text)
+    if found is None or (_NAMED_BY_LETTER.search(text) and not text.rstrip(" .!?")[-2:].isupper()):
+        return False
+    return not (re.search(r"[.!?]\W*$", text) and re.search(r"\b(?:up|on|in|by)\W*$", text, re.IGNORECASE))

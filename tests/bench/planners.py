@@ -1,0 +1,89 @@
+"""`make bench`, planning: our whole process, with the certified tree and its versions, beside other planners."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from tests.search.bench import BLOCKS, OURS, PLACES, blocks_problem, places_problem
+
+LIMIT_S = 60.0
+LLMBT = str(Path(sys.executable).with_name("llmbt"))
+MIMIR = """
+import sys, time, pymimir
+problem = pymimir.Problem(pymimir.Domain(sys.argv[1]), sys.argv[2])
+start = time.perf_counter()
+found = pymimir.gbfs_eager(problem, problem.get_initial_state(), pymimir.FFHeuristic(problem))
+print("Search time:", time.perf_counter() - start)
+print("Plan length:", len(found.solution))
+"""
+FIGURES = {
+    "search": re.compile(r"^(?:\[t=.*\] |.*INFO *)?(?:search|Search time:) *([\d.e-]+)", re.MULTILINE),
+    "actions": re.compile(r"[Pp]lan length:? *(\d+)"),
+}
+
+
+def installed() -> Iterator[tuple[str, list[str]]]:
+    """Each planner that is there, and its command before the two files."""
+    yield "ours, search alone", [sys.executable, "-c", OURS]
+    home = Path(sys.prefix)
+    down = next(home.glob("lib/python*/site-packages/up_fast_downward/downward/fast-downward.py"), None)
+    if down is not None:
+        yield "lama-first", [sys.executable, str(down), "--alias", "lama-first"]
+    if (home / "bin" / "pyperplan").exists():
+        yield "pyperplan gbf hff", [sys.executable, str(home / "bin" / "pyperplan"), "-H", "hff", "-s", "gbf"]
+    if next(home.glob("lib/python*/site-packages/pymimir"), None) is not None:
+        yield "pymimir gbfs ff", [sys.executable, "-c", MIMIR]
+
+
+def timed(command: list[str], work: Path, repeats: int) -> tuple[str, str]:
+    """The median of whole-process seconds, and what was printed; `none` where it takes too long."""
+    times, text = [], ""
+    for _ in range(repeats):
+        start = time.perf_counter()
+        try:
+            done = subprocess.run(
+                command,
+                cwd=work,
+                capture_output=True,
+                text=True,
+                timeout=LIMIT_S,
+                check=False,
+                stdin=subprocess.DEVNULL,
+            )
+        except subprocess.TimeoutExpired:
+            return "none", ""
+        times.append(time.perf_counter() - start)
+        text = done.stdout + done.stderr
+        if times[-1] > 10:
+            break
+    return f"{sorted(times)[len(times) // 2]:.2f}", text
+
+
+def planning(repeats: int = 3) -> None:
+    """Blocks and pick-and-place problems of growing size."""
+    print("\n## Planning: whole processes, seconds (median of 3), search alone, actions, nodes of the certified tree\n")
+    cases = {f"blocks {n}": (BLOCKS, blocks_problem(n, 1)) for n in (5, 10, 20, 50)}
+    cases |= {f"places {n}/{k}": (PLACES, places_problem(n, k, 1)) for n, k in ((3, 5), (6, 9), (12, 16), (40, 60))}
+    print(f"{'problem':14}{'planner':20}{'process':>9}{'search':>9}{'actions':>9}{'nodes':>7}")
+    for title, texts in cases.items():
+        with tempfile.TemporaryDirectory() as name:
+            work = Path(name)
+            files = [str(work / "domain.pddl"), str(work / "problem.pddl")]
+            for path, text in zip(files, texts, strict=True):
+                Path(path).write_text(text)
+            whole, _ = timed([LLMBT, "solve", *files, "-o", str(work / "out"), "--force", "-q"], work, repeats)
+            newest = max(work.glob("out/tree.v*.json"))
+            nodes = json.loads(newest.read_text())["nodes"]
+            actions = len(json.loads((work / "out" / "result.json").read_text())["actions"])
+            print(f"{title:14}{'llmbt solve':20}{whole:>9}{'':>9}{actions:>9}{nodes:>7}", flush=True)
+            for planner, command in installed():
+                whole, text = timed([*command, *files], work, repeats)
+                found = {k: m.group(1)[:7] if (m := r.search(text)) else "-" for k, r in FIGURES.items()}
+                print(f"{'':14}{planner:20}{whole:>9}{found['search']:>9}{found['actions']:>9}", flush=True)
