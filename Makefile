@@ -7,7 +7,7 @@ LLMBT := .venv/bin/llmbt
 CANONICAL := Please sort the cargo by colour: green on shelf level 1, yellow on level 2, red on level 3.
 THREADS := OMP_NUM_THREADS=1 OMP_WAIT_POLICY=PASSIVE
 
-.PHONY: help setup demo test test-extras lint bench evidence cassettes train-setup clean
+.PHONY: help setup demo test test-extras lint bench suite evidence cassettes train-setup clean
 
 help: ## this list
 	@grep -hE '^[a-z][a-z-]*:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -56,8 +56,11 @@ lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
 bench: .venv/.planners ## the figures of docs/benchmarks.md, other planners beside ours
 	$(PY) -m tests.bench
 
-evidence: .venv/.tested ## long runs in physics (half an hour); writes docs/evidence.md
-	$(PY) -m tests.evidence
+suite: .venv/.tested ## 2,024 problems against six update rules (8 minutes); writes docs/suite.md
+	$(THREADS) $(PY) -m tests.suite --write
+
+evidence: .venv/.tested ## long runs in physics (5 minutes); writes docs/evidence.md
+	$(THREADS) $(PY) -m tests.evidence
 
 cassettes: setup ## make the authored recordings anew from fixtures/replies
 	$(PY) fixtures/make_cassettes.py
