@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import os
+import platform
 import subprocess
 import sys
 import tempfile
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 
-from tests.bench.clock import Ledger, process, python
+from tests.bench.clock import Ledger, process, python, section
 from tests.bench.planners import planning
 
 CANONICAL = "Please sort the cargo by colour: green on shelf level 1, yellow on level 2, red on level 3."
@@ -37,16 +39,16 @@ start = time.perf_counter(); tagger.tag(steps); print(time.perf_counter() - star
 
 def starting() -> None:
     """The command line and the compiler."""
-    print("\n## Starting and compiling (whole processes, wall time)\n")
-    print(f"llmbt --help                                       {process([LLMBT, '--help'])}")
-    with tempfile.TemporaryDirectory() as folder:
-        command = [LLMBT, "compile", CANONICAL, "--scene", "cargo_sorting", "-o", f"{folder}/out", "--force", "-q"]
-        print(f"llmbt compile, replayed                            {process(command)}")
-        torch = [*command, "--tagger", "torch"]
-        print(f"llmbt compile --tagger torch, replayed             {process(torch)}")
-    print(f"bare: import torch and transformers' BERT          {python(TORCH)}")
-    print(f"bare: the same, load the weights, tag one step     {python(TORCH_TAG)}")
-    print(f"default tagger: load the weights, tag one step     {python(NUMPY_TAG)}")
+    with section("Starting and compiling (whole processes, wall time)"):
+        print(f"llmbt --help                                       {process([LLMBT, '--help'])}")
+        with tempfile.TemporaryDirectory() as folder:
+            command = [LLMBT, "compile", CANONICAL, "--scene", "cargo_sorting", "-o", f"{folder}/out", "--force", "-q"]
+            print(f"llmbt compile, replayed                            {process(command)}")
+            torch = [*command, "--tagger", "torch"]
+            print(f"llmbt compile --tagger torch, replayed             {process(torch)}")
+        print(f"bare: import torch and transformers' BERT          {python(TORCH)}")
+        print(f"bare: the same, load the weights, tag one step     {python(TORCH_TAG)}")
+        print(f"default tagger: load the weights, tag one step     {python(NUMPY_TAG)}")
 
 
 def executing(runs: int = 3) -> None:
@@ -57,8 +59,8 @@ def executing(runs: int = 3) -> None:
     from llmbt_runtime.bullet import approach, bench, conditions, skills
     from llmbt_runtime.bullet.world import BulletWorld
 
-    print("\n## Executing the canonical tree in physics (this process, wall time)\n")
-    with tempfile.TemporaryDirectory() as folder:
+    title = "Executing the canonical tree in physics (this process, wall time)"
+    with section(title), tempfile.TemporaryDirectory() as folder:
         process([LLMBT, "compile", CANONICAL, "--scene", "cargo_sorting", "-o", f"{folder}/c", "-q"], runs=1, warm=0)
         data = Path(folder, "c", "tree.v000.xml").read_bytes()
         totals: list[tuple[float, Ledger]] = []
@@ -88,20 +90,22 @@ def executing(runs: int = 3) -> None:
 
 def tagging() -> None:
     """Tagging sixteen steps, once loaded."""
-    print("\n## Tagging 16 steps, one thread, once loaded\n")
-    for name in ("default", "torch"):
-        code = TAG_16.replace("NAME", name)
-        command = [sys.executable, "-c", code]
-        environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        seconds = sorted(float(subprocess.check_output(command, text=True, env=environment)) for _ in range(5))
-        print(f"{name:<10}{1000 * seconds[2]:7.1f} ms ({1000 * seconds[0]:.1f}-{1000 * seconds[4]:.1f}, 5 runs)")
+    with section("Tagging 16 steps, one thread, once loaded"):
+        for name in ("default", "torch"):
+            code = TAG_16.replace("NAME", name)
+            command = [sys.executable, "-c", code]
+            environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+            seconds = sorted(float(subprocess.check_output(command, text=True, env=environment)) for _ in range(5))
+            print(f"{name:<10}{1000 * seconds[2]:7.1f} ms ({1000 * seconds[0]:.1f}-{1000 * seconds[4]:.1f}, 5 runs)")
 
 
 if __name__ == "__main__":
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--only", choices=["starting", "tagging", "executing", "planning"], default=None)
     wanted = options.parse_args().only
-    print("# Benchmarks: figures of this run, on a machine that may be shared; medians with their range")
+    print("# Benchmarks\n")
+    machine = f"{platform.machine()}, {os.cpu_count()} cores that may be shared"
+    print(f"Printed by `make bench` on {datetime.now(UTC).date()}, {machine}: medians with their range.")
     for part in (starting, tagging, executing, planning):
         if wanted in (None, part.__name__):
             part()

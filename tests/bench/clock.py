@@ -8,7 +8,8 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -42,6 +43,14 @@ def process(command: Sequence[str], runs: int = 5, *, warm: int = 1, code: int =
 def python(code: str, runs: int = 5) -> Figure:
     """Whole-process wall time of a Python program."""
     return process([sys.executable, "-c", code], runs)
+
+
+@contextmanager
+def section(title: str) -> Iterator[None]:
+    """A heading and a block of figures, as Markdown."""
+    print(f"\n## {title}\n\n```text", flush=True)
+    yield
+    print("```", flush=True)
 
 
 @dataclass

@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from tests.bench.clock import section
 from tests.search.bench import BLOCKS, OURS, PLACES, blocks_problem, places_problem
 
 LIMIT_S = 60.0
@@ -68,22 +69,24 @@ def timed(command: list[str], work: Path, repeats: int) -> tuple[str, str]:
 
 def planning(repeats: int = 3) -> None:
     """Blocks and pick-and-place problems of growing size."""
-    print("\n## Planning: whole processes, seconds (median of 3), search alone, actions, nodes of the certified tree\n")
-    cases = {f"blocks {n}": (BLOCKS, blocks_problem(n, 1)) for n in (5, 10, 20, 50)}
-    cases |= {f"places {n}/{k}": (PLACES, places_problem(n, k, 1)) for n, k in ((3, 5), (6, 9), (12, 16), (40, 60))}
-    print(f"{'problem':14}{'planner':20}{'process':>9}{'search':>9}{'actions':>9}{'nodes':>7}")
-    for title, texts in cases.items():
-        with tempfile.TemporaryDirectory() as name:
-            work = Path(name)
-            files = [str(work / "domain.pddl"), str(work / "problem.pddl")]
-            for path, text in zip(files, texts, strict=True):
-                Path(path).write_text(text)
-            whole, _ = timed([LLMBT, "solve", *files, "-o", str(work / "out"), "--force", "-q"], work, repeats)
-            newest = max(work.glob("out/tree.v*.json"))
-            nodes = json.loads(newest.read_text())["nodes"]
-            actions = len(json.loads((work / "out" / "result.json").read_text())["actions"])
-            print(f"{title:14}{'llmbt solve':20}{whole:>9}{'':>9}{actions:>9}{nodes:>7}", flush=True)
-            for planner, command in installed():
-                whole, text = timed([*command, *files], work, repeats)
-                found = {k: m.group(1)[:7] if (m := r.search(text)) else "-" for k, r in FIGURES.items()}
-                print(f"{'':14}{planner:20}{whole:>9}{found['search']:>9}{found['actions']:>9}", flush=True)
+    with section(
+        "Planning: whole processes, seconds (median of 3), search alone, actions, nodes of the certified tree"
+    ):
+        cases = {f"blocks {n}": (BLOCKS, blocks_problem(n, 1)) for n in (5, 10, 20, 50)}
+        cases |= {f"places {n}/{k}": (PLACES, places_problem(n, k, 1)) for n, k in ((3, 5), (6, 9), (12, 16), (40, 60))}
+        print(f"{'problem':14}{'planner':20}{'process':>9}{'search':>9}{'actions':>9}{'nodes':>7}")
+        for title, texts in cases.items():
+            with tempfile.TemporaryDirectory() as name:
+                work = Path(name)
+                files = [str(work / "domain.pddl"), str(work / "problem.pddl")]
+                for path, text in zip(files, texts, strict=True):
+                    Path(path).write_text(text)
+                whole, _ = timed([LLMBT, "solve", *files, "-o", str(work / "out"), "--force", "-q"], work, repeats)
+                newest = max(work.glob("out/tree.v*.json"))
+                nodes = json.loads(newest.read_text())["nodes"]
+                actions = len(json.loads((work / "out" / "result.json").read_text())["actions"])
+                print(f"{title:14}{'llmbt solve':20}{whole:>9}{'':>9}{actions:>9}{nodes:>7}", flush=True)
+                for planner, command in installed():
+                    whole, text = timed([*command, *files], work, repeats)
+                    found = {k: m.group(1)[:7] if (m := r.search(text)) else "-" for k, r in FIGURES.items()}
+                    print(f"{'':14}{planner:20}{whole:>9}{found['search']:>9}{found['actions']:>9}", flush=True)
