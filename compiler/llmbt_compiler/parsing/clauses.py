@@ -6,16 +6,21 @@ words around a span.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import Extent, LabelledStep
+from llmbt_compiler.parsing.phrase import excepts
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["Clause", "Group", "Phrase", "clauses"]
+__all__ = ["Clause", "Group", "Phrase", "clauses", "told_as_placing"]
 
+_RELATIVE = ({"that", "which"}, {"is", "are"})
+_STILL = frozenset({"left", "still", "there", "here", "now", "currently", "already", "next", "closest"})
+_NO_NAME = frozenset({"to", "do", "dont", "not", "any"})
 _MARKUP = frozenset("*`\"“”'‘’")
 _TRAIL = 6
 _INNER = frozenset({"on", "in", "at", "of", "inside", "within", "from"})
@@ -84,11 +89,14 @@ class _Text:
     step: LabelledStep
     spans: tuple[KeywordSpan, ...]
     all: tuple[Token, ...]
+    left_out: dict[int, tuple[Token, ...]] = field(default_factory=dict)  # by where a target ends: its exception
 
     def inside(self, start: int, end: int) -> tuple[Token, ...]:
         return tuple(t for t in self.all if start <= t.start and t.end <= end)
 
     def covered(self, t: Token) -> bool:
+        if any(t in parts for parts in self.left_out.values()):
+            return True
         return any(s.start < t.end and t.start < s.end for s in self.spans)
 
     def before(self, at: int) -> list[Token]:
@@ -130,10 +138,46 @@ def _sorted(step: LabelledStep) -> tuple[KeywordSpan, ...]:
     return tuple(out)
 
 
+_GOES = re.compile(
+    r"^\W*(?P<thing>[^,;:.]{2,80}?)\s+(?:(?:should|must|will|has to|have to|needs? to|is to|are to)\s+)?(?:then\s+|"
+    r"also\s+|"
+    r"now\s+)?(?:go|goes|belongs?)\s+(?:back\s+)?(?:on|onto|to|into|in|at)\s+(?P<place>[^,;:.]{2,80})[\s.!]*$",
+    re.IGNORECASE,
+)
+_IS_GIVEN = re.compile(
+    r"^\W*(?P<place>[^,;:.]{2,80}?)\s+(?:(?:should|must|will)\s+)?(?:gets?|"
+    r"receives?)\s+(?P<thing>[^,;:.]{2,80})[\s.!]*$",
+    re.IGNORECASE,
+)
+_COLON = re.compile(r"^\W*(?P<thing>[^,;:.]{2,60}?)\s*(?::|->|=>|→)\s*(?P<place>[^,;:.]{2,60})[\s.!]*$", re.IGNORECASE)
+_ROBOT = re.compile(r"(?:the )?(?:robot|arm|gripper|hand|manipulator|you|we)\b", re.IGNORECASE)
+
+
+def told_as_placing(step: LabelledStep) -> LabelledStep:
+    """A step that says where a thing goes without telling anybody to put it there ("object 1 goes to position 11",
+    "position 21 gets object 3", "object 3: position 22"): its thing as target and its place as destination."""
+    text = step.text
+    if len(text) > 300:
+        return step
+    taken = {s.label for s in step.spans}
+    for pattern in (_GOES, _IS_GIVEN, _COLON):
+        m = pattern.match(text)
+        if m is None or _ROBOT.match(m["thing"]):
+            continue
+        if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
+            continue
+        if pattern is _COLON and (Kind.ACTION in taken or not re.search(r"\d", m["place"])):
+            continue
+        ends = [(m.start(k), m.end(k), label) for k, label in (("thing", Kind.TARGET), ("place", Kind.DESTINATION))]
+        spans = tuple(KeywordSpan(a, b, label, text[a:b]) for a, b, label in sorted(ends, key=lambda e: e[:2]))
+        return replace(step, spans=spans)
+    return step
+
+
 def clauses(step: LabelledStep) -> tuple[Clause, ...]:
     """The clauses of a step, in order. A step without an action is one clause with an empty one."""
     spans = _sorted(step)
-    text = _Text(step, spans, tokens(step.text))
+    text, spans = _with_exceptions(_Text(step, spans, tokens(step.text)))
     out: list[Clause] = []
     begin = 0
     for group, nxt in pairwise([*_grouped(spans), []]):
@@ -144,6 +188,40 @@ def clauses(step: LabelledStep) -> tuple[Clause, ...]:
         out.append(clause)
         begin = max((s.end for s in group), default=begin)
     return tuple(out)
+
+
+def _with_exceptions(text: _Text) -> tuple[_Text, tuple[KeywordSpan, ...]]:
+    """Each target's exception ("that are not green", "except object 1") or restriction ("that are green") found in
+    the words after it, up to the next action, preposition of place or full stop; keywords in it are no targets."""
+    found: dict[int, tuple[Token, ...]] = {}
+    gone: set[int] = set()
+    ends = {"on", "onto", "to", "into", "in", "at", ".", ";", "from"}
+    for s in text.spans:
+        if s.label is not Kind.TARGET or s.start in gone:
+            continue
+        stop = min(
+            (o.start for o in text.spans if o.label is Kind.ACTION and o.start >= s.end), default=len(text.step.text)
+        )
+        after = [t for t in text.all if s.end <= t.start and t.end <= stop and t.text not in _MARKUP]
+        at = 1 if after and after[0].text == "," else 0
+        size = excepts(after, at)
+        only = not size and [t.text in r for t, r in zip(after, _RELATIVE, strict=False)] == [True, True]
+        if not size and not only:
+            continue
+        at, size = (0, 2) if only else (at, size)
+        words = after[at + size :]
+        close = next((i for i, t in enumerate(words) if t.text in ends), len(words))
+        words = words[:close]
+        while words and (words[-1].text in {",", ":"} or lexicon().is_(words[-1].text, "joints")):
+            words.pop()
+        if not any(t.word or t.number is not None for t in words) or words[0].text in _NO_NAME:
+            continue
+        if only and any(t.text in _STILL for t in words):
+            continue
+        found[s.end] = tuple(words if only else after[at : at + size] + words)
+        gone |= {o.start for o in text.spans if words[0].start <= o.start < words[-1].end}
+    spans = tuple(s for s in text.spans if s.start not in gone)
+    return replace(text, spans=spans, left_out=found), spans
 
 
 def _grouped(spans: Sequence[KeywordSpan]) -> list[list[KeywordSpan]]:
@@ -277,7 +355,7 @@ def _phrase(text: _Text, span: KeywordSpan) -> Phrase:
     kept = tuple(t for t in core if t.text not in _MARKUP)
     phrase = Phrase(
         span.label,
-        (*left, *(kept or core)),
+        (*left, *(kept or core), *text.left_out.get(span.end, ())),
         Extent(span.start, span.end),
         preposition,
         relation,

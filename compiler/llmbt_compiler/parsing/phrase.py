@@ -11,7 +11,7 @@ from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.scene import Scene, Word
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["Description", "conjuncts", "describe", "split_place"]
+__all__ = ["Description", "conjuncts", "describe", "excepts", "split_exception", "split_place"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +69,41 @@ def split_place(parts: Sequence[Token], *prepositions: str) -> tuple[tuple[Token
         if hit and 0 < i < len(parts) - 1:
             return tuple(parts[:i]), tuple(parts[i + 1 :])
     return tuple(parts), ()
+
+
+_EXCEPTING = (
+    ("with", "the", "exception", "of"), ("other", "than"), ("apart", "from"), ("aside", "from"), ("except", "for"),
+    ("save", "for"), ("but", "not"), ("except",), ("excepting",), ("excluding",), ("without",), ("besides",),
+    ("minus",), ("but",), ("barring",),
+)  # fmt: skip
+_BEING = frozenset({"that", "which", "who", "is", "are", "being", "be"})
+_NOT = frozenset({"not", "isnt", "arent", "non", "neither"})
+
+
+def excepts(parts: Sequence[Token], i: int) -> int:
+    """How many tokens from `i` on say that what follows is left out ("except for", "that are not"); 0: none do."""
+    texts = [t.text for t in parts[i : i + 5]]
+    for words in _EXCEPTING:
+        if tuple(texts[: len(words)]) == words:
+            return len(words)
+    k = 0
+    while k < len(texts) - 1 and k < 2 and texts[k] in _BEING:
+        k += 1
+    return k + 1 if k < len(texts) and texts[k] in _NOT else 0
+
+
+def split_exception(parts: Sequence[Token]) -> tuple[tuple[Token, ...], tuple[Token, ...]] | None:
+    """A phrase and what it leaves out: "all blocks | green" of "all blocks that are not green"; None: nothing."""
+    for i, t in enumerate(parts):
+        size = excepts(parts, i)
+        if not size or i + size >= len(parts):
+            continue
+        rest = list(parts[i + size :])
+        if t.text == "non" or (t.text == "not" and i + size + 1 < len(parts) and i < len(parts) - 2 and i <= 1):
+            rest = [r for r in rest if r.text != "-"]
+            return (*parts[:i], *rest[1:]), tuple(rest[:1])
+        return tuple(p for p in parts[:i] if p.text != ","), tuple(rest)
+    return None
 
 
 def conjuncts(parts: Sequence[Token]) -> tuple[tuple[Token, ...], ...]:

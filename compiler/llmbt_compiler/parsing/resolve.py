@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from llmbt_compiler.parsing.model import Extent
-from llmbt_compiler.parsing.phrase import Description, conjuncts, describe, split_place
+from llmbt_compiler.parsing.phrase import Description, conjuncts, describe, split_exception, split_place
 from llmbt_compiler.parsing.scene import Entity, Scene, compact, natural, squash
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
@@ -196,12 +196,15 @@ def resolve_objects(
     exact = _exact(parts, scene.objects)
     if len(exact) == 1:
         return Found((exact[0].id,), words=())
-    head, inner = split_place(parts)
+    head, inner = split_place(parts) if split_exception(parts) is None else (tuple(parts), ())
     if inner:
         place = resolve_places(inner, scene, talk)
         if isinstance(place, Fault):
             return place
         at = at + place.ids
+    parted = split_exception(head)
+    if parted is not None:
+        return _without(*parted, scene, talk, at, picking)
     groups = conjuncts(head)
     if not groups:
         return Fault("E305", "no object is named", Extent(parts[0].start, parts[-1].end), "what?")
@@ -214,6 +217,42 @@ def resolve_objects(
             return one
         found.append(one)
     return _joined(found)
+
+
+def _without(
+    head: Sequence[Token],
+    exception: Sequence[Token],
+    scene: Scene,
+    talk: Talk,
+    at: tuple[str, ...],
+    picking: bool,
+) -> Found | Fault:
+    """ "all blocks that are not green", "everything except object 1": what the head means but the exception. One that
+    is not plainly understood is E304, never ignored."""
+    whole = resolve_objects(head, scene, talk, at=at, picking=picking) if head else Found(_ids(scene.objects))
+    if isinstance(whole, Fault):
+        return whole
+    extent = Extent((*head, *exception)[0].start, (*head, *exception)[-1].end)
+    out: list[str] = []
+    for group in conjuncts(exception):
+        d = describe(group, scene, True)
+        adjective = bool(d.texts) and not d.unknown and set(d.texts) <= scene.colours and not (d.head or d.numbers)
+        counted = d.count is not None or d.indefinite or all(t.word and t.number is not None for t in group)
+        if adjective and not d.definite:
+            out += [e.id for e in scene.objects if all(scene.fits(e, w) for w in d.texts)]
+            continue
+        found = None if counted else resolve_objects(group, scene, Talk(where=talk.where))
+        if not isinstance(found, Found):
+            said = _says(group)
+            ids = whole.ids[:_SHOWN]
+            return Fault("E304", f"what `{said}` leaves out is not clear", extent, "which?", "name the objects", ids)
+        out += found.ids
+    ids = tuple(i for i in whole.ids if i not in out)
+    if not ids or not out:
+        return Fault(
+            "E304", f"`{_says((*head, *exception))}` leaves nothing clear", extent, "which?", "name the objects"
+        )
+    return Found(ids, whole.corrected, whole.chosen, whole.words)
 
 
 def _joined(found: Sequence[Found]) -> Found:
@@ -302,6 +341,10 @@ def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: 
         if len(base) > wanted and set(talk.targets) <= set(base) and len(talk.targets) == wanted:
             return Found(talk.targets)
         return _exactly(d, base, wanted, said)
+    if d.count == 1 and d.plural and not d.all and len(base) > 1:  # "one of the yellow blocks"
+        return _some(base, 1, said, talk)
+    if d.indefinite and d.definite and d.plural and len(base) > 1:  # "some of the green blocks"
+        return _ambiguous(d, base, said)
     if d.all or d.plural:
         return Found(tuple(base))
     if len(base) == 1:

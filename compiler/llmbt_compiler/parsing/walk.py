@@ -9,17 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import Template
 from llmbt_compiler.parsing.acts import Acting
-from llmbt_compiler.parsing.clauses import Clause, Group, Phrase, clauses
+from llmbt_compiler.parsing.clauses import Clause, Group, Phrase, clauses, told_as_placing
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, LabelledStep, NoteKind, ParseResult
 from llmbt_compiler.parsing.resolve import (
     Found,
     Talk,
+    resolve_objects,
     resolve_places,
 )
 from llmbt_compiler.parsing.scene import Scene
@@ -89,7 +91,10 @@ class _Walker(Acting):
         if step.certainty < self.threshold and step.spans:
             self.unsure(step)
             return
-        found = clauses(step)
+        found = clauses(told_as_placing(step))
+        if not found and self.names_both(step):
+            self.complain("E305", "no action is named", whole, "do what?", "begin the step with a verb")
+            return
         if not found:
             self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
             return
@@ -101,6 +106,15 @@ class _Walker(Acting):
                 continue
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def names_both(self, step: LabelledStep) -> bool:
+        """Whether a step without keywords names a thing and a place by their numbers."""
+        parts = tokens(step.text)
+        pairs = [(a, b) for a, b in pairwise(parts) if b.number is not None and a.word]
+        quiet = Talk()
+        return any(isinstance(resolve_objects(p, self.scene, quiet), Found) for p in pairs) and any(
+            isinstance(resolve_places(p, self.scene, quiet), Found) for p in pairs
+        )
 
     def unsure(self, step: LabelledStep) -> None:
         """E306: the words and what they may be."""
@@ -174,9 +188,10 @@ class _Walker(Acting):
 
     def ellipsis(self, clause: Clause, things: Group) -> None:
         """A step without an action: as the step before, if that put something somewhere."""
-        if things.targets and things.destinations and self.last:
-            self.note(NoteKind.INFERRED, f"no action is named: read as `{self.last[0].name}`", clause.extent)
-            self.act(clause, Verb("", self.last[0].name, self.last), things)
+        templates = self.last or tuple(sorted(self.placing(), key=lambda t: "_" in t.name))
+        if things.targets and things.destinations and templates:
+            self.note(NoteKind.INFERRED, f"no action is named: read as `{templates[0].name}`", clause.extent)
+            self.act(clause, Verb("", templates[0].name, templates), things)
             return
         self.complain("E305", "no action is named", clause.extent, "do what?", "begin the step with a verb")
 

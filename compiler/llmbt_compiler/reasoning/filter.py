@@ -38,7 +38,10 @@ MAX_STEP_CHARS = 1_000
 ANEW = "record the reply again (--record --replace), or write one by hand: llmbt cassette author"
 
 _QUESTION = re.compile(r"^[ \t>*_#`~-]*QUESTION\b[ \t*_]*:[ \t*_]*", re.IGNORECASE | re.MULTILINE)
-_SENTENCE_END = re.compile(r"[.!?][\"'”)\]]*(?:\s+(?=[\"'“(\[]?[A-Z0-9])|\s*$)|\n(?=[\"'“(\[]?[A-Z])|;\s+")
+_SENTENCE_END = re.compile(
+    r"[.!?][\"'”)\]]*(?:\s+(?=[\"'“(\[]?[A-Z0-9])|\s*$)|\n(?=[\"'“(\[]?[A-Z])|"
+    r"\n(?=[a-z]+[ _]#?\d+\s*(?::|→|->|=>))|;\s+"
+)
 _ABBREVIATION = re.compile(r"\b(?:e\.g|i\.e|etc|approx|no|nr|pos|fig|vs|cf)\.$", re.IGNORECASE)
 _THEN = re.compile(r"\s*[,;]\s+(?:and\s+)?(?=then\b)|\s+(?=and then\b)", re.IGNORECASE)
 _STUMP = re.compile(r"[.!?:;)][ \t]*[\r\n]\s*\d{1,3}[.)]?\s*\Z")
@@ -262,7 +265,7 @@ def _is_cut(steps: list[str]) -> bool:
     if not others or _ENDED.search(last) or not all(_ENDED.search(o) for o in others):
         return False
     endings = {_ending(o) for o in others}
-    return _ending(last) not in endings and _ON_NUMBER.search(last) is None
+    return _ending(last) not in endings and _ON_NUMBER.search(last[-80:]) is None
 
 
 def _ending(step: str) -> str:

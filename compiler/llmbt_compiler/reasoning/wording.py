@@ -106,59 +106,76 @@ _PASSIVE = re.compile(
     r"(?:\w+ed |put |set )?(?:on|onto|to|in|into|at|by)\b",
     re.IGNORECASE,
 )
-_HANDLING = (
-    "pick grasp grab take lift fetch get collect retrieve seize grip hold put place set move transfer stack sort arrange "
-    "position lay deposit store bring carry relocate shift deliver load transport stow return swap exchange switch clear "
-    "remove release drop insert slide push pull hand give distribute group"
-).split()
+_LONG = 500
+"""Characters of a sentence that are looked at for a command."""
+_HANDLING = frozenset(
+    """
+    pick grasp grab take lift fetch get collect retrieve seize grip hold put place set move transfer stack
+    sort arrange position lay deposit store bring carry relocate shift deliver load transport stow return swap
+    exchange switch clear remove release drop insert slide push pull hand give distribute group
+    """.split()  # noqa: SIM905  (a list of this length reads best as text)
+)
 _IDIOM = re.compile(
     r"(?:tak(?:e|ing) (?:a (?:look|moment)|note|care|place|the following|these)|get(?:ting)? (?:started|to work|going)|"
     r"hold(?:ing)? on|mov(?:e|ing) on|put(?:ting)? (?:it )?(?:differently|simply|together))\b",
     re.IGNORECASE,
 )
 _NUMBERED_NOUN = re.compile(
-    r"(?:position|place|stack|group|line|level)s?[ _]#?\d+\w*\s*(?:$|[.,:;)\]→=<-]|(?:gets?|receives?|takes?|holds?|is|are|"
+    r"(?:position|place|stack|group|line|level)s?[ _]#?\d+\w*\s*(?:$|[.,:;)\]→=<-]|(?:gets?|receives?|takes?|holds?|"
+    r"is|are|"
     r"on|in|of|for|and|will|should|must|has|to|at)\b)",
     re.IGNORECASE,
 )
 _INTERJECTION = re.compile(
-    r"(?:sure(?: thing)?|certainly|of course|okay|ok|alright|all right|absolutely|great|yes|no problem|understood|got it|"
+    r"(?:sure(?: thing)?|certainly|of course|okay|ok|alright|all right|absolutely|great|yes|no problem|understood|"
+    r"got it|"
     r"right|well|hello|hi|hey)\b(?: there)?\s*[,!:;–—-]+\s*",
     re.IGNORECASE,
 )
 _ADVICE = re.compile(
     r"(?:(?:i|we)(?:['’]d|\s+would|\s+can|\s+could)?\s+(?:suggest|recommend|advise|propose|start|begin)(?:\s+off)?\s+"
     r"(?:(?:that|you|we|to|by|with|the robot|should)\s+)*|"
-    r"(?:the|your|my|our|a)\s+(?:\w+\s+){0,2}?(?:step|move|action|thing)(?:\s+to do)?\s+(?:is|would be|will be)\s+"
+    r"(?:the|your|my|our|a)\s+(?:\w+\s+){0,2}?(?:step|move|action|thing|suggestion|recommendation|advice|"
+    r"proposal)(?:\s+to do)?\s+(?:is|would be|will be)\s+"
     r"(?:to\s+)?|"
-    r"(?:what|all) (?:you|we|the robot) (?:need|needs|have|has|should|must|can)?\s*(?:to )?do(?:es)? is\s*:?\s+(?:to\s+)?|"
-    r"(?:you|we|i|one|the robot|robot|the arm)(?:['’](?:ll|d|ve))?\s+(?:(?:will|would|may|might|just|only|simply|first|then|"
-    r"also|now|next|can|could|should|must|has|have|is|are|am|is then|got)\s+)*(?:(?:want|wants|like|need|needs|have|has|ought|"
+    r"(?:what|all) (?:you|we|the robot) (?:need|needs|have|has|should|must|"
+    r"can)?\s*(?:to )?do(?:es)? is\s*:?\s+(?:to\s+)?|"
+    r"(?:you|we|i|one|the robot|robot|the arm)(?:['’](?:ll|d|ve))?\s+(?:(?:will|would|may|might|just|only|simply|"
+    r"first|then|"
+    r"also|now|next|can|could|should|must|has|have|is|are|am|is then|got)\s+)*(?:(?:want|wants|like|need|needs|have|"
+    r"has|ought|"
     r"are|is|am|got|going|supposed|better)\s+(?:to\s+)?)?(?:(?:first|then|now|next|also|simply|just)\s+)*|"
-    r"(?:it is|it['’]s|it would be|it will be)\s+(?:best|good|easiest|necessary|time|better|important|possible|sensible)\s+"
+    r"(?:it is|it['’]s|it would be|it will be)\s+(?:best|good|easiest|necessary|time|better|important|possible|"
+    r"sensible)\s+"
     r"to\s+|"
-    r"(?:go ahead and|(?:be|make) sure (?:to|you)|remember to|do(?: not|n['’]t) forget to|try to|feel free to|proceed to|"
+    r"(?:go ahead and|(?:be|make) sure (?:to|you)|remember to|do(?: not|n['’]t) forget to|try to|feel free to|"
+    r"proceed to|"
     r"continue to|kindly|have the robot|let the robot|tell the robot to|make the robot|get the robot to)\s+|"
     r"(?:start|begin|finish|end|conclude|continue|proceed|go on)(?:\s+(?:off|out))?\s+(?:by|with)\s+)",
     re.IGNORECASE,
 )
 _AT_PLACE = re.compile(r"\b(?:on|onto|into|in|to|at|upon|inside|towards?|→)\s|->|=>", re.IGNORECASE)
 _PAST = re.compile(
-    r"\b(?:has|have|had)\s+(?:\w+\s+)?been\b|\b(?:was|were)\b|\b(?:because|since|so that|as a result|ensures?|means|reason)\b",
+    r"\b(?:has|have|had)\s+(?:\w+\s+)?been\b|\b(?:was|were)\b|\b(?:because|since|so that|as a result|ensures?|means|"
+    r"reason)\b",
     re.IGNORECASE,
 )
 _ASSIGNED = re.compile(
-    r"(?:[^\s,;:]+\s+){1,8}?(?:then |also |now )?(?:(?:(?:should|must|will|shall|can|has to|have to|needs? to|ought to|is to|"
-    r"are to) )?(?:then |also )?(?:go|goes|belongs?|be (?:put|set|laid|brought|carried|\w+ed))|(?:is|are|gets?) (?:then |also |"
+    r"(?:[^\s,;:]+\s+){1,8}?(?:then |also |now )?(?:(?:(?:should|must|will|shall|can|has to|have to|needs? to|"
+    r"ought to|is to|"
+    r"are to) )?(?:then |also )?(?:go|goes|belongs?|be (?:put|set|laid|brought|carried|\w+ed))|(?:is|are|"
+    r"gets?) (?:then |also |"
     r"to be |going )?(?:put|set|laid|brought|placed|moved|transferred|carried|delivered|stored|assigned|stacked))\s+"
     r"(?:\w+ )??(?:on|onto|to|in|into|at|inside|upon)\b",
     re.IGNORECASE,
 )
 _POINTED = re.compile(
-    r"(?:place:\s*)?(?:\w+[ _]){0,3}(?:#?\d+|block|cube|one|object)s?\s*(?:→|->|=>|:|=)\s*(?:(?:on|to|in) )?(?:the )?"
-    r"(?:\w+[ _]){0,3}#?\w*\d+\b",
+    r"(?:place:\s*)?(?:[a-z]{1,20}[ _]){0,3}(?:#?\d+|block|cube|one|object)s?\s*(?:→|->|=>|:|=)\s*(?:(?:on|to|"
+    r"in) )?(?:the )?"
+    r"(?:[a-z]{1,20}[ _]){0,3}#?[a-z]{0,3}\d+\b",
     re.IGNORECASE,
 )
+_IT_GOES = re.compile(r"it\s+(?:(?:should|must|will) )?(?:then |now )?(?:go|goes|belongs?)\s", re.IGNORECASE)
 _RECEIVES = re.compile(r"[^,;:]{1,60}\b(?:gets|receives)\s+[^,;]{2,}", re.IGNORECASE)
 _LABEL = re.compile(
     r"(?:object|block|item|level|shelf|position|place|area|green|yellow|red|blue|colou?r|robot|gripper|arm|"
@@ -230,6 +247,8 @@ def sense(text: str) -> Sort:
     if around is not None:
         return Sort(around)
     subject = _SUBJECT.match(line, at)
+    if subject is not None and _IT_GOES.match(line, at):
+        return Sort(Sense.PASSIVE, at, led)
     if subject is not None:
         begin = _verb_at(line, subject.end())
         first_person = _FIRST_PERSON.match(line, at) is not None
@@ -295,7 +314,7 @@ def commanded(text: str) -> int | None:
     """Where the command of a sentence begins that handles things, after whatever leads up to it ("To do this, first",
     "Sure,", "I would", "Start by"): a verb of handling with a number or a place after it. None where there is none.
     """
-    line = text.replace("\n", " ")
+    line = text[:_LONG].replace("\n", " ")
     at, by = 0, False
     for _ in range(8):
         if _CONDITION.match(line, at) or (_NEGATION.match(line, at) and not _ADVICE.match(line, at)):
@@ -303,7 +322,8 @@ def commanded(text: str) -> int | None:
         if _handles(line, at, by):
             return at
         found = next(
-            (m for p in (_INTERJECTION, _CONNECTIVE, _CLAUSE, _ADVICE, _LEAD, _ADVERB) if (m := p.match(line, at))), None
+            (m for p in (_INTERJECTION, _CONNECTIVE, _CLAUSE, _ADVICE, _LEAD, _ADVERB) if (m := p.match(line, at))),
+            None,
         )
         if found is None:
             return None
@@ -329,7 +349,7 @@ def _handles(line: str, at: int, by: bool) -> bool:
 def assigns(text: str) -> bool:
     """Whether a sentence says where something is to go: "object 1 goes to position 11", "object 1 -> position 11",
     "position 21 gets object 3". What has been, or is so because of something, does not."""
-    line = text.replace("\n", " ")
+    line = text[:_LONG].replace("\n", " ")
     at, _ = _past_connectives(line)
     if _PAST.search(line) or _around(line, at) is not None:
         return False
@@ -340,6 +360,7 @@ def assigns(text: str) -> bool:
 
 def tells_of_places(text: str) -> bool:
     """Whether a text names numbered things of two kinds, one of them as where to: it may not be lost."""
+    text = text[:_LONG]
     if _PAST.search(text) or len(_nouns(text)) < 2 or not _AT_PLACE.search(text):
         return False
     words = re.findall(r"[a-z]+", text.lower())
@@ -381,6 +402,6 @@ def dangles(text: str) -> bool:
     if text.count("(") > text.count(")"):
         return True
     found = _DANGLING.search(text)
-    if found is None or (_NAMED_BY_LETTER.search(text) and not text.rstrip(" .!?")[-2:].isupper()):
+    if found is None or _NAMED_BY_LETTER.search(text[-60:]):
         return False
     return not (re.search(r"[.!?]\W*$", text) and re.search(r"\b(?:up|on|in|by)\W*$", text, re.IGNORECASE))
