@@ -25,7 +25,7 @@ print("Search time:", time.perf_counter() - start)
 print("Plan length:", len(found.solution))
 """
 FIGURES = {
-    "search": re.compile(r"^(?:\[t=.*\] |.*INFO *)?(?:search|Search time:) *([\d.e-]+)", re.MULTILINE),
+    "search": re.compile(r"^(?:\[t=.*\] |.*INFO *)?(?:search|Search time:) *([\d.e+-]+)", re.MULTILINE),
     "actions": re.compile(r"[Pp]lan length:? *(\d+)"),
 }
 
