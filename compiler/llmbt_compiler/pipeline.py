@@ -156,9 +156,7 @@ def _keywords(steps: Steps, context: Context) -> tuple[LabelledStep, ...]:
 
 
 def _parse(steps: tuple[LabelledStep, ...], context: Context) -> ParseResult:
-    return parse(
-        steps, context.semantic_map, context.library, threshold=context.threshold, partial=context.partial
-    )
+    return parse(steps, context.semantic_map, context.library, threshold=context.threshold, partial=context.partial)
 
 
 def _build(parsed: ParseResult, context: Context) -> bytes:
