@@ -46,7 +46,7 @@ class IncrementalEngine:
         self._path: list[_Frame] = []
         self._where = [OFF_PATH] * len(program)
         self._alerts: set[int] = set()
-        """Nodes of which some, on the path and reactive, have a child before the path at which they would stop."""
+        """Among them all reactive nodes on the path, or aside, with a child before the running one that stops them."""
         self._aside: tuple[_Frame, int, list[_Frame]] | None = None
         """While another branch is ticked: the frame that has left its running child, which one, and the path there."""
         self._due = NEVER
@@ -241,13 +241,10 @@ class IncrementalEngine:
         self._aside = None
         self._told_children(frame.node, frame.at + 1, rank)
         frame.at = rank
-        self._alerts.add(frame.node)
         start = len(self._path)
         for below in gone:
             self._where[below.node] = len(self._path)
             self._path.append(below)
-            if self._stops_before(below.node, below.at):
-                self._alerts.add(below.node)
         return self._go_on(start)
 
     def _drop(self) -> None:
