@@ -14,12 +14,14 @@ from llmbt_runtime.engine.facts import NO_CHANGE, Change, FactBase, change_betwe
 from llmbt_runtime.engine.incremental import IncrementalEngine
 from llmbt_runtime.engine.naive import NaiveEngine
 from llmbt_runtime.engine.program import program_of_tree
+from llmbt_runtime.engine.ticker import Ticker
 from llmbt_runtime.engine.values import Values
 from llmbt_runtime.tick import NodeStatus, tick
 from tests.engine.cases import FLAGS, random_case
 from tests.strategies import deep_tree, trees
 
 RUNNING = NodeStatus.RUNNING
+PLAIN_FACTS = st.frozensets(st.sampled_from([Condition(f) for f in FLAGS]))
 
 
 class Busy:
@@ -116,10 +118,9 @@ def test_the_naive_engine_asks_every_condition() -> None:
 @given(st.integers(0, 10_000), st.data())
 def test_values_do_not_depend_on_the_way_to_a_state(seed: int, data: st.DataObject) -> None:
     program = random_case(seed).program
-    flags = st.frozensets(st.sampled_from([Condition(f) for f in FLAGS]))
     kept = Values(program)
     facts: Facts = frozenset()
-    for after in data.draw(st.lists(flags, min_size=1, max_size=6)):
+    for after in data.draw(st.lists(PLAIN_FACTS, min_size=1, max_size=6)):
         kept.learn(change_between(facts, after))
         facts = after
         fresh = Values(program)
@@ -127,7 +128,7 @@ def test_values_do_not_depend_on_the_way_to_a_state(seed: int, data: st.DataObje
         assert (kept.value, kept.stops) == (fresh.value, fresh.stops)
 
 
-@given(trees(plain=True), st.lists(st.frozensets(st.sampled_from([Condition(f) for f in FLAGS])), max_size=5))
+@given(trees(plain=True), st.lists(PLAIN_FACTS, max_size=5))
 def test_on_our_trees_both_do_what_the_pure_tick_says(tree: Tree, schedule: list[Facts]) -> None:
     """`llmbt_runtime.tick`, which plans are rolled out with: which action is wanted, and every leaf on the way."""
     program = program_of_tree(tree)
@@ -144,6 +145,15 @@ def test_on_our_trees_both_do_what_the_pure_tick_says(tree: Tree, schedule: list
             engine.trace.clear()
             assert status is record.status
             assert found == [(i, s) for i, s in record.trace if not tree[i].children]
+
+
+@given(st.lists(st.tuples(trees(plain=True), st.lists(PLAIN_FACTS, min_size=1, max_size=4)), max_size=3))
+def test_the_executors_ticker_wants_what_the_pure_tick_wants(runs: list[tuple[Tree, list[Facts]]]) -> None:
+    ticker = Ticker()
+    for tree, schedule in runs:
+        for facts in schedule:
+            wanted, record = ticker.tick(tree, facts), tick(tree, facts)
+            assert (wanted.status, wanted.action) == (record.status, record.action)
 
 
 @pytest.mark.parametrize("engine_of", [NaiveEngine, IncrementalEngine])
