@@ -35,10 +35,10 @@ def test_a_table_in_pre_order() -> None:
     )
     assert [(n.op, n.id, n.children, n.amount) for n in program.nodes] == [
         (Op.REACTIVE_FALLBACK, "f", (1, 3), 0),
-        (Op.INVERTER, "f.1", (2,), 0),
+        (Op.INVERTER, "M.1", (2,), 0),
         (Op.CONDITION, "g", (), 0),
-        (Op.RETRY, "f.2", (4,), 3),
-        (Op.ACTION, "f.2.1", (), 0),
+        (Op.RETRY, "M.2", (4,), 3),
+        (Op.ACTION, "M.2.1", (), 0),
     ]
     assert program.parents == (-1, 0, 1, 0, 3)
     assert program.ranks == (0, 0, 0, 1, 0)

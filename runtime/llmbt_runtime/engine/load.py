@@ -68,9 +68,9 @@ class _Place:
 def program_of_document(document: Document, signatures: Signatures) -> Program:
     """The program of a file's main tree. `signatures` are the robot's conditions and actions.
 
-    Ids are the nodes' `_id`, or else their places, as `Main.2.1`; in a <SubTree> with its id before. Errors: T1xx, E004
-    too large, E051 no main tree, E052 a node or attribute that the engine does not run, E053 an unknown leaf, E054
-    wrong ports, E086 an entry that nothing writes.
+    Ids are the nodes' `_id`, or else (where there is none, or it is taken) their places, as `Main.2.1`. Errors: T1xx,
+    E004 too large, E051 no main tree, E052 a node or attribute that the engine does not run, E053 an unknown leaf,
+    E054 wrong ports, E086 an entry that nothing writes.
     """
     # which leaves there are, the library tells, not the file's TreeNodesModel (T109)
     faults = [d for d in check_document(document) if d.severity is Severity.ERROR and d.code != "T109"]
@@ -118,7 +118,7 @@ class _Loader:
             number = self.add(here)
             below = d.kids(here.index)
             stack.extend(
-                _Place(below[k], number, self.name(here, below[k], k + 1), here.scope, here.within)
+                _Place(below[k], number, self.name(here, k + 1), here.scope, here.within)
                 for k in range(len(below) - 1, -1, -1)
             )
         if self.faults:
@@ -135,14 +135,10 @@ class _Loader:
     def inside(self, tree: str, parent: int, id_: str, scope: _Scope, within: tuple[str, ...]) -> _Place:
         """The node at the top of a <BehaviorTree>."""
         top = self.document.kids(self.document.by_id[tree])[0]
-        own = self.document[top].get("_id")
-        return _Place(top, parent, own if own and not within else id_, scope, (*within, tree))
+        return _Place(top, parent, id_, scope, (*within, tree))
 
-    def name(self, above: _Place, index: int, rank: int) -> str:
-        """The id of a child: its own in the main tree, otherwise its place."""
-        own = self.document[index].get("_id")
-        if own and len(above.within) == 1:
-            return own
+    def name(self, above: _Place, rank: int) -> str:
+        """The place of a child."""
         short = above.id if len(above.id) < 80 else f"{above.id[:12]}~{len(self.nodes)}"
         return f"{short}.{rank}"
 
@@ -174,7 +170,8 @@ class _Loader:
     def add(self, here: _Place) -> int:
         """Put a node into the table; its number."""
         number = len(self.nodes)
-        id_ = here.id
+        own = self.document[here.index].get("_id")
+        id_ = own if own and own not in self.ids else here.id
         while id_ in self.ids:
             id_ += "'"
         self.ids.add(id_)
