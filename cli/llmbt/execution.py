@@ -23,18 +23,29 @@ from llmbt_ir.tree_xml import GoalRecord, Provenance, TreeFile, parse_tree, writ
 from llmbt_ir.versions import VersionStore, sha256, write_atomic
 from llmbt_ir.xml import read_bytes
 from llmbt_runtime.chance import chance
-from llmbt_runtime.disturbance import applicable, draw, symbolic_events
+from llmbt_runtime.disturbance import DisturbanceSpec, applicable, draw
 from llmbt_runtime.executor import Settings, execute
 from llmbt_runtime.initial import facts_of_map
 from llmbt_runtime.outcome import Happening, Outcome
 from llmbt_runtime.record import RunFolder, result_document, signatures_of, write_result
+from llmbt_runtime.schedule import read_schedule
 from llmbt_runtime.symbolic import SymbolicWorld
+from llmbt_runtime.symbolic_disturbance import symbolic_events
 from llmbt_runtime.world import World
 
 if TYPE_CHECKING:
     from llmbt_atl.pddl import PddlProblem
 
-__all__ = ["Order", "execute_tree", "exit_code_of", "load_tree", "read_problem", "read_state", "solve_problem"]
+__all__ = [
+    "Order",
+    "execute_tree",
+    "exit_code_of",
+    "is_schedule",
+    "load_tree",
+    "read_problem",
+    "read_state",
+    "solve_problem",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,16 +115,16 @@ def execute_tree(
     started = time.monotonic()
     file, library, domain, goals = load_tree(data, source, order.scene)
     start = facts_of_map(domain, to_semantic_map(order.scene))
-    names = draw(order.disturb, chance(order.seed, "disturb"), applicable(domain, start, goals[0]))
+    specs = disturbances(order, domain, start, goals)
     run = _run_folder(data, file, library, folder, goals)
     if not (folder / "map.xml").exists():
         write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
-    world = _world(order, domain, goals, names)
+    world = _world(order, domain, goals, specs)
     told = {
         "scene": order.scene.name,
         "world": order.world,
         "disturb": order.disturb,
-        "drawn": list(names),
+        "drawn": [s.name for s in specs],
         **(extra or {}),
     }
 
@@ -264,19 +275,33 @@ def _goal_records(goals: Goals) -> tuple[GoalRecord, ...]:
     return tuple(GoalRecord(f"g{i}", g, alternative=k) for i, (k, g) in enumerate(flat, 1))
 
 
-def _world(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
+def disturbances(order: Order, domain: Domain, start: Facts, goals: Goals) -> tuple[DisturbanceSpec, ...]:
+    """What `--disturb` asks for: names, drawn from those that apply, or a schedule in a file."""
+    if is_schedule(order.disturb):
+        known = {*domain.types, *(b.id for b in order.scene.obstacles)}
+        return read_schedule(Path(order.disturb), known, domain.library.templates)
+    names = draw(order.disturb, chance(order.seed, "disturb"), applicable(domain, start, goals[0]))
+    return tuple(DisturbanceSpec(name) for name in names)
+
+
+def is_schedule(disturb: str) -> bool:
+    """Whether `--disturb` names a file."""
+    return disturb.endswith(".xml") or "/" in disturb
+
+
+def _world(order: Order, domain: Domain, goals: Goals, specs: tuple[DisturbanceSpec, ...]) -> World:
     made: dict[str, Callable[[], World]] = {
-        "symbolic": lambda: _symbolic(order, domain, goals, names),
-        "bullet": lambda: _bullet(order, goals, names),
+        "symbolic": lambda: _symbolic(order, domain, goals, specs),
+        "bullet": lambda: _bullet(order, goals, specs),
     }
     return made[order.world]()
 
 
-def _symbolic(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
+def _symbolic(order: Order, domain: Domain, goals: Goals, specs: tuple[DisturbanceSpec, ...]) -> World:
     facts = read_state(order.state) if order.state else facts_of_map(domain, to_semantic_map(order.scene))
     there = domain.for_state(facts)
     rng = chance(order.seed, "world")
-    return SymbolicWorld(there, facts, rng, events=symbolic_events(names, there, facts, goals[0], rng))
+    return SymbolicWorld(there, facts, rng, events=symbolic_events(specs, there, facts, goals[0], rng))
 
 
 def read_state(path: Path) -> Facts:
@@ -292,11 +317,9 @@ def read_state(path: Path) -> Facts:
     return facts
 
 
-def _bullet(order: Order, goals: Goals, names: tuple[str, ...]) -> World:
-    from llmbt_runtime.bullet.disturbances import DisturbanceSpec
+def _bullet(order: Order, goals: Goals, specs: tuple[DisturbanceSpec, ...]) -> World:
     from llmbt_runtime.bullet.world import BulletWorld
 
-    specs = tuple(DisturbanceSpec(name) for name in names)
     return BulletWorld(order.scene, order.seed, disturbances=specs, goals=goals[0])
 
 
