@@ -56,11 +56,11 @@ class Oracle:
         return close
 
     def toward(self, a, b, direction):
-        """Whether a lies from b towards a unit direction: 2 cm along it, within arctan 0.7 of it."""
+        """Whether a lies from b towards a unit direction: 25 mm along it, within arctan 0.7 of it."""
         way = (self.centre[a] - self.centre[b])[:2]
         along = float(way @ direction)
         angle = float(np.arccos(np.clip(along / max(np.linalg.norm(way), 1e-300), -1, 1)))
-        return self.at_least(along, 0.02) & self.at_least(np.arctan(0.7), angle)
+        return self.at_least(along, 0.025) & self.at_least(np.arctan(0.7), angle)
 
     def left_of(self, a, b):
         return self.toward(a, b, np.array([-1.0, 0.0]))
@@ -75,28 +75,28 @@ class Oracle:
         return self.toward(a, b, np.array([0.0, 1.0]))
 
     def above(self, a, b):
-        return self.at_least(self.low[a][2] - self.low[b][2], 0.02)
+        return self.at_least(self.low[a][2] - self.low[b][2], 0.025)
 
     def on_top_of(self, a, b):
-        """The centre over the box, the bottom within a centimetre of its top."""
+        """The centre over the box, the bottom within 15 mm of its top."""
         middle = (self.low[b] + self.high[b]) / 2
         half = (self.high[b] - self.low[b]) / 2
         inside = [self.at_least(half[i], abs(self.centre[a][i] - middle[i])) for i in (0, 1)]
-        return all(inside) & self.at_least(0.01, abs(self.low[a][2] - self.high[b][2]))
+        return all(inside) & self.at_least(0.015, abs(self.low[a][2] - self.high[b][2]))
 
     def beside(self, a, b):
-        if a == b or not self.at_least(0.03, abs(self.low[a][2] - self.low[b][2])):
+        if a == b or not self.at_least(0.035, abs(self.low[a][2] - self.low[b][2])):
             return False
         gap = np.maximum(0, np.maximum(self.low[a] - self.high[b], self.low[b] - self.high[a]))[:2]
-        if not self.at_least(0.2, float(np.linalg.norm(gap))):
+        if not self.at_least(0.205, float(np.linalg.norm(gap))):
             return False
         middle = (self.centre[a] + self.centre[b])[:2] / 2
-        radius = np.linalg.norm((self.centre[a] - self.centre[b])[:2]) / 2 + 0.02
+        radius = np.linalg.norm((self.centre[a] - self.centre[b])[:2]) / 2 + 0.025
         free = True
         for c in self.centre:
             if c in (a, b):
                 continue
-            level = self.at_least(0.03, abs(self.low[c][2] - self.low[a][2]))
+            level = self.at_least(0.035, abs(self.low[c][2] - self.low[a][2]))
             away = self.at_least(float(np.linalg.norm(self.centre[c][:2] - middle)), radius)
             free &= bool(away) or not level
         return free
@@ -105,12 +105,12 @@ class Oracle:
         p, q, r = (self.centre[x][:2] for x in (a, b, c))
         way = r - q
         length = float(np.linalg.norm(way))
-        if not self.at_least(length, 0.04):
+        if not self.at_least(length, 0.05):
             return False
         along = float(np.linalg.norm(p - q) ** 2 + length**2 - np.linalg.norm(p - r) ** 2) / (2 * length)
         aside = np.sqrt(max(0.0, float(np.linalg.norm(p - q) ** 2 - along**2)))
         return all(
-            [self.at_least(along, 0.02), self.at_least(length - 0.02, along), self.at_least(0.25 * length, aside)]
+            [self.at_least(along, 0.025), self.at_least(length - 0.025, along), self.at_least(0.25 * length, aside)]
         )
 
     def groups(self, ids, value, margin):

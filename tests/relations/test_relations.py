@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from llmbt_compiler import relations
 from llmbt_compiler.relations import DIRECTIONS, by_size, facts_of, layout, nearest_first, ranked, ties
 from llmbt_ir.geometry import Pose, Viewpoint
-from llmbt_ir.scene import load_scene, to_semantic_map
+from llmbt_ir.scene import load_scene, scene_names, to_semantic_map
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
 from tests.relations.oracle import Oracle
 from tests.relations.scenes import maps
@@ -53,14 +53,14 @@ def test_between(semantic_map):
 
 
 VALUES = {
-    "left": (lambda o, i: o.centre[i][0], 0.02),
-    "right": (lambda o, i: -o.centre[i][0], 0.02),
-    "front": (lambda o, i: o.centre[i][1], 0.02),
-    "back": (lambda o, i: -o.centre[i][1], 0.02),
-    "small": (lambda o, i: math.log(o.volume[i]), math.log(1.05)),
-    "large": (lambda o, i: -math.log(o.volume[i]), math.log(1.05)),
-    "short": (lambda o, i: o.high[i][2] - o.low[i][2], 0.005),
-    "tall": (lambda o, i: o.low[i][2] - o.high[i][2], 0.005),
+    "left": (lambda o, i: o.centre[i][0], 0.025),
+    "right": (lambda o, i: -o.centre[i][0], 0.025),
+    "front": (lambda o, i: o.centre[i][1], 0.025),
+    "back": (lambda o, i: -o.centre[i][1], 0.025),
+    "small": (lambda o, i: math.log(o.volume[i]), math.log(1.15)),
+    "large": (lambda o, i: -math.log(o.volume[i]), math.log(1.15)),
+    "short": (lambda o, i: o.high[i][2] - o.low[i][2], 0.0075),
+    "tall": (lambda o, i: o.low[i][2] - o.high[i][2], 0.0075),
 }
 
 
@@ -91,7 +91,7 @@ def test_nearest(semantic_map):
     for to in ids:
         others = [i for i in ids if i != to]
         away = {i: math.dist(oracle.centre[i][:2], oracle.centre[to][:2]) for i in others}
-        expected = oracle.groups(others, away.__getitem__, 0.01)
+        expected = oracle.groups(others, away.__getitem__, 0.015)
         if not oracle.near():
             assert nearest_first([around[i] for i in ids], around[to]) == expected
 
@@ -103,9 +103,11 @@ def test_in_a_row(semantic_map):
     for n in (1, 2, 3):
         for ids in itertools.combinations([o.id for o in semantic_map.objects], n):
             spread = [max(c) - min(c) for c in zip(*(oracle.centre[i][:2] for i in ids), strict=True)]
-            apart = [len(oracle.groups(ids, lambda i, axis=axis: oracle.centre[i][axis], 0.02)) == n for axis in (0, 1)]
-            level = [not s > 0.02 for s in spread]
-            on_edge = any(abs(s - 0.02) < 1e-7 for s in spread)
+            apart = [
+                len(oracle.groups(ids, lambda i, axis=axis: oracle.centre[i][axis], 0.025)) == n for axis in (0, 1)
+            ]
+            level = [not s > 0.025 for s in spread]
+            on_edge = any(abs(s - 0.025) < 1e-7 for s in spread)
             if not oracle.near() and not on_edge:
                 expected = n > 1 and ((level[1] and apart[0]) or (level[0] and apart[1]))
                 assert relations.in_a_row(around[i] for i in ids) == expected, ids
@@ -158,7 +160,7 @@ def test_an_object_that_moved_stands_in_the_middle_of_its_place():
 
 def test_a_millimetre_changes_nothing_in_the_shipped_scenes():
     """So a map recognised from cameras gives the prompt of the scene's own map."""
-    for name in ("cargo_sorting", "cargo_swap"):
+    for name in scene_names():
         semantic_map = to_semantic_map(load_scene(name))
         for i, (dx, dy) in enumerate(itertools.product((-0.001, 0.001), repeat=2)):
             moved = tuple(

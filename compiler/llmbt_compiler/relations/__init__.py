@@ -6,6 +6,8 @@ wherever things are not themselves within a millimetre of the margin.
 
 from llmbt_compiler.relations.facts import facts_of
 from llmbt_compiler.relations.geometry import (
+    ALIGNED_M,
+    SAME_HEIGHT_M,
     Around,
     Thing,
     above,
@@ -23,7 +25,9 @@ from llmbt_compiler.relations.geometry import (
 from llmbt_compiler.relations.order import DIRECTIONS, Direction, by_size, in_a_row, nearest_first, ranked, ties
 
 __all__ = [
+    "ALIGNED_M",
     "DIRECTIONS",
+    "SAME_HEIGHT_M",
     "Around",
     "Direction",
     "Thing",

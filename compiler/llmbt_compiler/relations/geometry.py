@@ -15,6 +15,7 @@ from llmbt_ir.semantic_map import MapObject, SemanticMap
 
 __all__ = [
     "ALIGNED_M",
+    "SAME_HEIGHT_M",
     "Around",
     "Thing",
     "above",
@@ -30,15 +31,16 @@ __all__ = [
     "right_of",
 ]
 
-ALIGNED_M = 0.02
-"""Things whose centres are nearer than this along an axis are level with each other on it."""
+ALIGNED_M = 0.025
+"""Things whose centres are nearer than this along an axis are level with each other on it. Like all margins here, off
+the centimetres in which scenes are laid out, so that no layout lies on the edge of one."""
 CONE = 0.7
 """How far to the side, as a part of the way, a thing may be and still be left of another (35 degrees)."""
-BESIDE_M = 0.20
+BESIDE_M = 0.205
 """Things are next to each other where the gap between them is at most this, and nothing stands between."""
-SAME_HEIGHT_M = 0.03
+SAME_HEIGHT_M = 0.035
 """Bottoms this close are on one level."""
-TOUCH_M = 0.01
+TOUCH_M = 0.015
 """A bottom this close to a top stands on it."""
 SPREAD = 0.25
 """How far from the line of two things, as a part of their distance, a thing between them may be."""

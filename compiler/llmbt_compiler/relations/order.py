@@ -11,9 +11,11 @@ from llmbt_compiler.relations.geometry import ALIGNED_M, Thing, distance
 
 __all__ = ["DIRECTIONS", "Direction", "by_size", "in_a_row", "nearest_first", "ranked", "ties"]
 
-NEARER_M = 0.01
+NEARER_M = 0.015
 """One thing is nearer than another where it is so by more than this."""
-LARGER = 1.05
+TALLER_M = 0.0075
+"""One thing is taller than another where it is so by more than this."""
+LARGER = 1.15
 """One thing is larger than another where it is so by more than this factor."""
 
 
@@ -34,8 +36,8 @@ DIRECTIONS: Mapping[str, Direction] = MappingProxyType(
         "back": Direction("back to front", lambda t: -t.ahead),
         "small": Direction("small to large", lambda t: _log(t.volume), math.log(LARGER)),
         "large": Direction("large to small", lambda t: -_log(t.volume), math.log(LARGER)),
-        "short": Direction("short to tall", lambda t: t.height, NEARER_M / 2),
-        "tall": Direction("tall to short", lambda t: -t.height, NEARER_M / 2),
+        "short": Direction("short to tall", lambda t: t.height, TALLER_M),
+        "tall": Direction("tall to short", lambda t: -t.height, TALLER_M),
     }
 )
 """By the end that comes first."""

@@ -16,7 +16,9 @@ from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import Ranked, Relation
 from llmbt_compiler.parsing.words import Token, lexicon
 from llmbt_compiler.relations import (
+    ALIGNED_M,
     DIRECTIONS,
+    SAME_HEIGHT_M,
     Around,
     Thing,
     above,
@@ -37,8 +39,6 @@ from llmbt_compiler.relations import (
 
 __all__ = ["Wanted", "World", "said"]
 
-_SAME_HEIGHT_M = 0.03
-_ONE_SPOT_M = 0.02
 _SHOWN = 6
 _VIEWERS = frozenset({"me", "us", "you", "robot", "arm", "gripper", "viewer", "myself", "yourself"})
 _TWO: Mapping[str, Callable[[Thing, Thing], bool]] = {
@@ -245,21 +245,14 @@ class World:
             return self._no_position(unknown, words, extent)
         marks = [around[i] for i in landmarks] or [Thing("", 0.0, 0.0, 0.0, 0.0)]
         slots = self._slots(around, wanted.container)
-        apart = {i: t for i, t in slots.items() if all(distance(t, m) > _ONE_SPOT_M for m in marks)}
+        apart = {i: t for i, t in slots.items() if all(distance(t, m) > ALIGNED_M for m in marks)}
         fitting = [t for t in apart.values() if self._lies(of.name, t, marks, apart)]
-        level = [t for t in fitting if all(abs(t.bottom - m.bottom) <= _SAME_HEIGHT_M for m in marks)]
+        level = [t for t in fitting if all(abs(t.bottom - m.bottom) <= SAME_HEIGHT_M for m in marks)]
         fitting = level if of.name not in {"nearest", "farthest", "above", "below"} and level else fitting
         order = sorted(fitting, key=lambda t: (sum(distance(t, m) for m in marks), natural(t.id)))
         order = order[::-1] if of.name == "farthest" else order
         if not order:
-            where = ", ".join(landmarks) or f"the {around.seen_by}"
-            return Fault(
-                "E309",
-                f"`{words}`: there is no position {_WORDS[of.name]} {where}",
-                extent,
-                self._standing(landmarks),
-                "name the place itself",
-            )
+            return self._nowhere(of, landmarks, words, extent)
         if of.direct or not wanted.free:
             order = order[: max(wanted.count, 1)] if of.name != "next" else order
         free = [t.id for t in order if not self._taken(t.id, wanted.targets)]
@@ -277,7 +270,7 @@ class World:
         at, words = around.get(place), said(phrase, self.text)
         if at is None or len(marks) < len(landmarks) or of.name in {"nearest", "farthest", "top", "above", "below"}:
             return Found((place,))
-        apart = {i: t for i, t in self._slots(around, None).items() if all(distance(t, m) > _ONE_SPOT_M for m in marks)}
+        apart = {i: t for i, t in self._slots(around, None).items() if all(distance(t, m) > ALIGNED_M for m in marks)}
         if place in apart and self._lies(of.name, at, marks, apart):
             return Found((place,))
         others = [t.id for t in apart.values() if self._lies(of.name, t, marks, apart) and not self._taken(t.id, ())]
@@ -329,9 +322,16 @@ class World:
         who = targets[0] if len(targets) == 1 else ""
         return self.ledger.taken(place, who)
 
-    def _standing(self, landmarks: Sequence[str]) -> str:
+    def _nowhere(self, of: Relation, landmarks: Sequence[str], words: str, extent: Extent) -> Fault:
+        """No goal can say it: what a landmark stands on, as a whole, is the nearest that one can."""
+        where = ", ".join(landmarks) or "the viewer"
         on = {p for i in landmarks if (p := self.ledger.where.get(i)) is not None and not self.scene.single(p)}
-        return f"{', '.join(sorted(on))} has no positions of its own" if on else "none is in the map"
+        title = f"`{words}`: there is no position {_WORDS[of.name]} {where}"
+        if not on:
+            return Fault("E309", title, extent, "none is in the map", "name the place itself")
+        ids = tuple(sorted(on, key=natural))
+        label = f"{', '.join(ids)} has no positions of its own"
+        return Fault("E309", title, extent, label, f"name a place; is anywhere on {ids[0]} right?", ids)
 
     def place_ranked(self, of: Ranked, wanted: Wanted, phrase: Sequence[Token]) -> Found | Fault:
         """ "The leftmost free position of level 3": among all positions of the container, or the free ones."""
