@@ -110,7 +110,7 @@ class Oracle:
         along = float(np.linalg.norm(p - q) ** 2 + length**2 - np.linalg.norm(p - r) ** 2) / (2 * length)
         aside = np.sqrt(max(0.0, float(np.linalg.norm(p - q) ** 2 - along**2)))
         return all(
-            [self.at_least(along, 0.025), self.at_least(length - 0.025, along), self.at_least(0.25 * length, aside)]
+            [self.at_least(along, 0.025), self.at_least(length - 0.025, along), self.at_least(0.45 * length, aside)]
         )
 
     def groups(self, ids, value, margin):

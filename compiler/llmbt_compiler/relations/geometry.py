@@ -42,7 +42,7 @@ SAME_HEIGHT_M = 0.035
 """Bottoms this close are on one level."""
 TOUCH_M = 0.015
 """A bottom this close to a top stands on it."""
-SPREAD = 0.25
+SPREAD = 0.45
 """How far from the line of two things, as a part of their distance, a thing between them may be."""
 
 Vec3 = tuple[float, float, float]

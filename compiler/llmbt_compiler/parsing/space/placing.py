@@ -1,30 +1,21 @@
-"""A clause with relations made into one with names: each relational phrase gives way to the ids that it means.
-
-The walk knows names only; what "the block left of object 2" or "in a row on level 1" means is settled here, clause by
-clause, since it depends on where the steps before have put things.
-"""
+"""Relations and ranks of one clause: which object is meant, and which place."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import Kind
-from llmbt_compiler.parsing.acts import Acting
-from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
-from llmbt_compiler.parsing.ground import Stop
-from llmbt_compiler.parsing.model import Extent, LabelledStep, NoteKind
+from llmbt_compiler.parsing.clauses import Clause, Phrase
+from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.resolve import Fault, Found, resolve_objects
-from llmbt_compiler.parsing.space.arranging import Arranging
 from llmbt_compiler.parsing.space.expressions import Ranked, Relation, rank_of, relations
-from llmbt_compiler.parsing.space.orders import arrangement
-from llmbt_compiler.parsing.space.reading import LONGEST_NAME, ONTO, STOPS, Reading, named
-from llmbt_compiler.parsing.space.world import Wanted, World, said
-from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb
-from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_compiler.parsing.space.reading import ONTO, STOPS, Reading, name_end, named
+from llmbt_compiler.parsing.space.world import Wanted, said
+from llmbt_compiler.parsing.verbs import Shape
+from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["certainty", "related"]
+__all__ = ["Placing"]
 
 _GLUE = frozenset({
     "that", "which", "is", "are", "located", "standing", "sitting", "lying", "placed", "situated", "currently",
@@ -33,85 +24,7 @@ _GLUE = frozenset({
 _ENDS = frozenset({"end", "side", "edge", "corner", "part", "half"})
 
 
-def certainty(step: LabelledStep) -> float:
-    """How sure the tagger is of a step's keywords, those left out that a relation or an order explains."""
-    text = tokens(step.text)
-    explained = [(text[r.start].start, text[r.end - 1].end) for r in relations(text)]
-    asked = arrangement(step.text)
-    explained += list(asked.parts) if asked is not None else []
-    if not explained or not step.spans:
-        return step.certainty
-    nouns = lexicon().places
-    kept = [
-        s.confidence
-        for s in step.spans
-        if not any(a < s.end and s.start < b for a, b in explained) and s.text.split()[-1].lower() not in nouns
-    ]
-    return max(step.certainty, min(kept, default=1.0))
-
-
-def related(walk: Acting, clause: Clause, start: int, end: int) -> Iterator[Clause]:
-    """The clause with every relation, rank and order in text[start:end] settled; in parts, one after the other, where a
-    later part may build on an earlier one. Stop where one cannot be settled; the reason has been noted."""
-    text = walk.now.text
-    spoken = relations(tokens(text, start, end)) or arrangement(text, start, end)
-    if not spoken or not clause.groups:
-        yield _settled(walk, clause, start, end)
-        return
-    groups = tuple(part for g in clause.groups for part in _apart(g, text, start, end))
-    starts = [min(p.extent.start for p in g.phrases) for g in groups]
-    for group, begin, stop in zip(groups, [start, *starts[1:]], [*starts[1:], end], strict=True):
-        yield _settled(walk, replace(clause, groups=(group,)), begin, stop)
-
-
-def _apart(group: Group, text: str, start: int, end: int) -> Iterator[Group]:
-    """ "A to its left and B on position 12": what comes after "its left" is another pair of thing and place."""
-    line = tokens(text, start, end)
-    ends = [line[r.end - 1].end for r in relations(line) if r.owner]
-    cuts = [
-        p.extent.start
-        for p in group.targets[1:]
-        if any(group.targets[0].extent.end < e <= p.extent.start for e in ends)
-    ]
-    for low, high in itertools.pairwise([start, *cuts, end + 1]):
-        kept = [
-            tuple(p for p in ps if low <= p.extent.start < high)
-            for ps in (group.targets, group.destinations, group.locations)
-        ]
-        if any(kept):
-            yield Group(*kept)
-
-
-def _settled(walk: Acting, clause: Clause, start: int, end: int) -> Clause:
-    verb = _verb(walk, clause)
-    if clause.negated or clause.conditional:
-        return clause
-    text = walk.now.text
-    world = World(walk.scene, walk.ledger, walk.origin, walk.talk(), text)
-    parts = tokens(text, start, end)
-    asked = arrangement(text, start, end)
-    try:
-        if asked is not None and walk.placing():
-            made = Arranging(walk, world, clause, verb, parts).arranged(asked)
-            if made is not None:
-                return made
-        if not verb.templates and clause.action:
-            return clause
-        return _Placing(walk, world, clause, verb, parts).related()
-    except Stop:
-        walk.lost, walk.targets = True, ((), -9)
-        raise
-    finally:
-        for note in world.notes:
-            walk.note(NoteKind.INFERRED, note, clause.extent)
-
-
-def _verb(walk: Acting, clause: Clause) -> Verb:
-    words = [t.text for t in tokens(clause.action) if t.word]
-    return read_verb(words[0] if words else "", (*words[1:], *clause.particles), walk.scene.library)
-
-
-class _Placing(Reading):
+class Placing(Reading):
     """Reads a clause with relations and ranks."""
 
     def related(self) -> Clause:
@@ -196,20 +109,7 @@ class _Placing(Reading):
                 raise self.walk.fault(fault)
             return known, relation.end
         want = 2 if relation.name == "between" else 1
-        limit = relation.end
-        joints = 0
-        begins = {r.start for r in relations(self.line)}
-        while (
-            limit < len(self.line)
-            and limit not in begins
-            and limit - relation.end < (2 * LONGEST_NAME if want > 1 else LONGEST_NAME)
-        ):
-            text = self.line[limit].text
-            if text == "and" and want > 1 and not joints:
-                joints += 1
-            elif text in STOPS:
-                break
-            limit += 1
+        limit = name_end(self.line, relation)
         first: Fault | None = None
         for stop in range(limit, relation.end, -1):
             parts = self.line[relation.end : stop]
@@ -402,7 +302,7 @@ class _Placing(Reading):
             return
         extent = Extent(phrase.parts[0].start, self.line[of.stop - 1].end)
         words = self.line[start : of.stop]
-        found = self.ranked_object(of, words) if movable else self.ranked_place(of, words)
+        found = self.ranked_object(of, words, phrase) if movable else self.ranked_place(of, words)
         if found is None:
             return
         if isinstance(found, Fault):
@@ -412,8 +312,11 @@ class _Placing(Reading):
         if movable:
             self.unlabelled(extent)
 
-    def ranked_object(self, of: Ranked, words: Sequence[Token]) -> Found | Fault | None:
+    def ranked_object(self, of: Ranked, words: Sequence[Token], phrase: Phrase) -> Found | Fault | None:
         core, at = of.core, None
+        group = next(g for g in self.clause.groups if phrase in g.phrases)
+        for location in group.locations:
+            at = self.walk.quiet_place(location) if not location.relation and at is None else at
         cut = next((i for i, t in enumerate(core) if i and t.text in {"on", "in", "at", "of"}), None)
         if cut is not None:
             place = self.place_at(core[cut + 1 :])

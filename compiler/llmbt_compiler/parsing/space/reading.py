@@ -10,11 +10,12 @@ from llmbt_compiler.parsing.acts import Acting
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.resolve import ANYWHERE, ORIGIN, Found, resolve_places
+from llmbt_compiler.parsing.space.expressions import Relation, relations
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.verbs import Verb
 from llmbt_compiler.parsing.words import Token, tokens
 
-__all__ = ["ONTO", "STOPS", "Reading", "named"]
+__all__ = ["ONTO", "STOPS", "Reading", "name_end", "named"]
 
 STOPS = frozenset({
     ",", ".", ";", ":", "and", "then", "so", "which", "that", "while", "to", "on", "onto", "into", "in", "at", "from",
@@ -29,6 +30,20 @@ def named(kind: Kind, id_: str, extent: Extent, preposition: str = "") -> Phrase
     """A phrase that names one thing, standing where the words stood that meant it."""
     parts = tuple(replace(t, start=extent.start, end=extent.end) for t in tokens(id_))
     return Phrase(kind, parts, extent, preposition)
+
+
+def name_end(line: Sequence[Token], relation: Relation) -> int:
+    """Where the landmarks after a relation may end at the latest."""
+    joints = 1 if relation.name == "between" else 0
+    begins = {r.start for r in relations(line)}
+    i = relation.end
+    while i < len(line) and i not in begins and i - relation.end < LONGEST_NAME * (1 + joints):
+        if line[i].text == "and" and joints == 1:
+            joints = 2
+        elif line[i].text in STOPS:
+            break
+        i += 1
+    return i
 
 
 @dataclass
