@@ -23,20 +23,31 @@ from llmbt_ir.tree_xml import GoalRecord, Provenance, TreeFile, parse_tree, writ
 from llmbt_ir.versions import VersionStore, sha256, write_atomic
 from llmbt_ir.xml import read_bytes
 from llmbt_runtime.chance import chance
-from llmbt_runtime.disturbance import applicable, draw, symbolic_events
+from llmbt_runtime.disturbance import DisturbanceSpec, applicable, draw
 from llmbt_runtime.engine.drive import drive
 from llmbt_runtime.engine.program import Program
 from llmbt_runtime.executor import Settings, execute
 from llmbt_runtime.initial import facts_of_map
 from llmbt_runtime.outcome import Happening, Outcome
 from llmbt_runtime.record import RunFolder, result_document, signatures_of, write_result
+from llmbt_runtime.schedule import read_schedule
 from llmbt_runtime.symbolic import SymbolicWorld
+from llmbt_runtime.symbolic_disturbance import symbolic_events
 from llmbt_runtime.world import World
 
 if TYPE_CHECKING:
     from llmbt_atl.pddl import PddlProblem
 
-__all__ = ["Order", "execute_tree", "exit_code_of", "load_tree", "read_problem", "read_state", "solve_problem"]
+__all__ = [
+    "Order",
+    "execute_tree",
+    "exit_code_of",
+    "is_schedule",
+    "load_tree",
+    "read_problem",
+    "read_state",
+    "solve_problem",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,16 +152,16 @@ def execute_tree(
         goals = provenance.stated
     aims = goals[0] if goals else _aims(tree, domain)
     start = facts_of_map(domain, to_semantic_map(order.scene))
-    names = draw(order.disturb, chance(order.seed, "disturb"), applicable(domain, start, aims))
+    specs = disturbances(order, domain, start, aims)
     run = _run_folder(data, source, provenance, library, folder, goals)
     if not (folder / "map.xml").exists():
         write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
-    world = _world(order, domain, aims, names)
+    world = _world(order, domain, aims, specs)
     told = {
         "scene": order.scene.name,
         "world": order.world,
         "disturb": order.disturb,
-        "drawn": list(names),
+        "drawn": [s.name for s in specs],
         **({} if order.update else {"update": False}),
         **(extra or {}),
     }
@@ -315,19 +326,35 @@ def _goal_records(goals: Goals) -> tuple[GoalRecord, ...]:
     return tuple(GoalRecord(f"g{i}", g, alternative=k) for i, (k, g) in enumerate(flat, 1))
 
 
-def _world(order: Order, domain: Domain, aims: tuple[Condition, ...], names: tuple[str, ...]) -> World:
+def disturbances(
+    order: Order, domain: Domain, start: Facts, aims: tuple[Condition, ...]
+) -> tuple[DisturbanceSpec, ...]:
+    """What `--disturb` asks for: names, drawn from those that apply, or a schedule in a file."""
+    if is_schedule(order.disturb):
+        known = {*domain.types, *(b.id for b in order.scene.obstacles)}
+        return read_schedule(Path(order.disturb), known, domain.library.templates)
+    names = draw(order.disturb, chance(order.seed, "disturb"), applicable(domain, start, aims))
+    return tuple(DisturbanceSpec(name) for name in names)
+
+
+def is_schedule(disturb: str) -> bool:
+    """Whether `--disturb` names a file."""
+    return disturb.endswith(".xml") or "/" in disturb
+
+
+def _world(order: Order, domain: Domain, aims: tuple[Condition, ...], specs: tuple[DisturbanceSpec, ...]) -> World:
     made: dict[str, Callable[[], World]] = {
-        "symbolic": lambda: _symbolic(order, domain, aims, names),
-        "bullet": lambda: _bullet(order, aims, names),
+        "symbolic": lambda: _symbolic(order, domain, aims, specs),
+        "bullet": lambda: _bullet(order, aims, specs),
     }
     return made[order.world]()
 
 
-def _symbolic(order: Order, domain: Domain, aims: tuple[Condition, ...], names: tuple[str, ...]) -> World:
+def _symbolic(order: Order, domain: Domain, aims: tuple[Condition, ...], specs: tuple[DisturbanceSpec, ...]) -> World:
     facts = read_state(order.state) if order.state else facts_of_map(domain, to_semantic_map(order.scene))
     there = domain.for_state(facts)
     rng = chance(order.seed, "world")
-    return SymbolicWorld(there, facts, rng, events=symbolic_events(names, there, facts, aims, rng))
+    return SymbolicWorld(there, facts, rng, events=symbolic_events(specs, there, facts, aims, rng))
 
 
 def read_state(path: Path) -> Facts:
@@ -343,11 +370,9 @@ def read_state(path: Path) -> Facts:
     return facts
 
 
-def _bullet(order: Order, aims: tuple[Condition, ...], names: tuple[str, ...]) -> World:
-    from llmbt_runtime.bullet.disturbances import DisturbanceSpec
+def _bullet(order: Order, aims: tuple[Condition, ...], specs: tuple[DisturbanceSpec, ...]) -> World:
     from llmbt_runtime.bullet.world import BulletWorld
 
-    specs = tuple(DisturbanceSpec(name) for name in names)
     return BulletWorld(order.scene, order.seed, disturbances=specs, goals=aims)
 
 

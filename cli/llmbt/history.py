@@ -249,9 +249,11 @@ def _link(run: Run, stage: Stage, id_: str) -> tuple[Stage, Link, str | None]:
 
 def _row_role(tree: Tree, id_: str) -> str:
     node = tree[id_]
-    leaf = "the action of a row" if node.kind is Kind.ACTION else "what has to hold in a row"
-    rows = "the rows, the one nearest the goals first," if node.kind is Kind.FALLBACK else "a row"
-    return f"{rows if node.children else leaf} of the chain that a plan was turned into"
+    goal = tree.nodes.get(id_.split(".", maxsplit=1)[0])
+    towards = f", on the way to {goal.condition}" if goal is not None and goal.condition is not None else ""
+    leaf = "the action of a row" if node.kind is Kind.ACTION else "what has to hold in a row or a group of rows"
+    rows = "rows, the one nearest the goals first," if node.kind is Kind.FALLBACK else "a row or a group of rows"
+    return f"{rows if node.children else leaf} of the chain that a plan was turned into{towards}"
 
 
 def _brought_by(run: Run, stage: Stage, id_: str) -> Stage:

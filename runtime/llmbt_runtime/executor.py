@@ -17,7 +17,8 @@ from llmbt_runtime.engine.ticker import Ticker
 from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
 from llmbt_runtime.search import OutOfBudget, Unsolvable
 from llmbt_runtime.tick import NodeStatus
-from llmbt_runtime.update.loop import Grown, prune, update
+from llmbt_runtime.update.loop import Grown, update
+from llmbt_runtime.update.prune import prune
 from llmbt_runtime.update.rollout import perceived
 from llmbt_runtime.world import ActionReport, Status, World, WorldLostError
 
