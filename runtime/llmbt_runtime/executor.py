@@ -306,8 +306,17 @@ class _Run:
             self.planner_calls += found.planner_calls if isinstance(found, Grown) else len(self.goals)
             self.expansions += found.expansions
             return found
+        self.note_deviation(facts)
         self.accept(facts)
         return None
+
+    def note_deviation(self, facts: Facts) -> None:
+        """Tell what was not predicted and needs no other tree."""
+        under_way = self.running[1].deletes if self.running else frozenset()
+        began, ended = facts - self.expected, self.expected - facts - under_way
+        if self.expected and (began or ended):
+            text = f"{self.cause(began, ended)}: the tree serves as it is"
+            self.say("deviation", text, began=[str(f) for f in sorted(began)], ended=[str(f) for f in sorted(ended)])
 
     def accept(self, facts: Facts) -> None:
         self.believed = self.expected = facts
