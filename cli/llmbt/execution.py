@@ -6,7 +6,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ from llmbt.progress import Progress
 from llmbt_atl.library import Library, load_library
 from llmbt_atl.state import Domain, domain_of
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, parse_condition
-from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span, nearest
+from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity, Span, nearest
 from llmbt_ir.scene import Scene, to_semantic_map
 from llmbt_ir.semantic_map import write_map
 from llmbt_ir.tree import Tree, goal_tree, goals_of
@@ -115,10 +115,14 @@ def load_program(data: bytes, source: str, scene: Scene) -> tuple[Program, Libra
     """Any BehaviorTree.CPP 4 file as the engine ticks it (docs/engine.md), with the library and the domain of its
     scene, and the provenance of a tree of ours."""
     from llmbt_ir.btcpp.document import parse_document
+    from llmbt_ir.btcpp.includes import with_includes
     from llmbt_runtime.engine.load import program_of_document
 
     library = load_library(scene.library, beside=Path(scene.source).parent)
-    program = program_of_document(parse_document(data, source), signatures_of(library))
+    document, faults = with_includes(parse_document(data, source), Path(source))
+    if faults:
+        raise LlmbtError(*(replace(f, severity=Severity.ERROR) for f in faults))
+    program = program_of_document(document, signatures_of(library))
     try:
         provenance = parse_tree(data, source, signatures_of(library)).provenance
     except LlmbtError:
