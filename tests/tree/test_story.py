@@ -21,10 +21,12 @@ from llmbt_ir.tree_xml import GoalRecord, Provenance, read_tree, write_tree
 from llmbt_ir.versions import VersionStore
 from llmbt_runtime.executor import Change
 from llmbt_runtime.record import RunFolder, signatures_of
+from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.update.chain import chain_tree
 from llmbt_runtime.update.loop import Grown
 from llmbt_runtime.update.rollout import Certificate
 from llmbt_runtime.update.step import Step
+from llmbt_runtime.world import ActionReport
 from tests.strategies import CANONICAL, canonical_cargo, cargo_library, domain_for
 from tests.tree.conftest import REQUEST
 
@@ -119,9 +121,19 @@ def test_a_run_is_retold_from_its_log_alone(disturb: str, tmp_path: Path, capsys
         holds_against(out, told(capsys, "log", out))
 
 
-def test_a_run_without_success_is_retold_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_that_was_interrupted_is_retold_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    advance = SymbolicWorld.advance
+
+    def interrupted(self: SymbolicWorld) -> ActionReport:
+        if self.time_s == 2.0:
+            raise KeyboardInterrupt
+        return advance(self)
+
+    monkeypatch.setattr(SymbolicWorld, "advance", interrupted)
     command = ["run", REQUEST, "--scene", "cargo_sorting", "-o", str(tmp_path), "--world", "symbolic", "-q"]
-    assert main([*command, "--disturb", "obstacle_at_place", "--budget", "0"]) == 3
+    assert main(command) == 130
     text = told(capsys, "log", tmp_path)
     holds_against(tmp_path, text)
     assert "  not reached   On(object_6, position_32)" in text
