@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from llmbt_atl.pddl import PddlProblem
 
 __all__ = [
+    "Judge",
     "Order",
     "execute_tree",
     "exit_code_of",
@@ -48,6 +49,10 @@ __all__ = [
     "read_state",
     "solve_problem",
 ]
+
+
+Judge = Callable[[World, Outcome], Mapping[str, Any]]
+"""Looks at the world after the end, for fields of its own in `result.json`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,10 +146,12 @@ def execute_tree(
     progress: Progress,
     *,
     extra: Mapping[str, Any] | None = None,
+    judge: Judge | None = None,
 ) -> dict[str, Any]:
     """Execute a tree in `folder`, which holds it as its newest version already or gets it as v000.
 
-    Writes the versions, `events.jsonl` and `result.json`, and returns the latter's content.
+    Writes the versions, `events.jsonl` and `result.json`, and returns the latter's content; what `judge` says of the
+    world after the end is part of it.
     """
     started = time.monotonic()
     tree: Tree | Program
@@ -186,6 +193,7 @@ def execute_tree(
         seed=order.seed,
         extra=told,
         picture=picture,
+        judge=judge,
     )
 
 
@@ -258,6 +266,7 @@ def _execute(
     extra: Mapping[str, Any],
     picture: Callable[[str], None] = _no_picture,
     names: Mapping[str, str] | None = None,
+    judge: Judge | None = None,
 ) -> dict[str, Any]:
     """Execute, and write the story and `result.json`, whose content is returned. The world is closed."""
 
@@ -283,6 +292,8 @@ def _execute(
             extra={**extra, "llmbt_version": __version__},
             names=names,
         )
+        if judge is not None:
+            document.update(judge(world, result.outcome))
     finally:
         world.close()
     write_result(run.folder, document)

@@ -150,8 +150,7 @@ def _keywords(steps: Steps, context: Context) -> tuple[LabelledStep, ...]:
 
     tagged = load_tagger(context.tagger).tag([s.text for s in steps.steps])
     return tuple(
-        LabelledStep(s.number, s.text, t.spans, t.confidence, Extent(s.start, s.end), s.runs)
-        for s, t in zip(steps.steps, tagged, strict=True)
+        LabelledStep.of(s.number, t, Extent(s.start, s.end), s.runs) for s, t in zip(steps.steps, tagged, strict=True)
     )
 
 

@@ -21,6 +21,8 @@ from llmbt_ir.scene import Body, Scene, ScenePlace
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.bench import Bench
 from llmbt_runtime.bullet.bodies import BodyState, Extent, lying_at
+from llmbt_runtime.bullet.spots import free_spots
+from llmbt_runtime.bullet.stage import Stage
 from llmbt_runtime.disturbance import DisturbanceSpec
 from llmbt_runtime.world import Disturbed
 
@@ -72,7 +74,7 @@ class _Pending:
 class Disturber:
     """Sets off disturbances. `step` is to be called at the end of every tick."""
 
-    scene: Scene
+    stage: Stage
     bench: Bench
     approach: Approach
     goals: tuple[Condition, ...]
@@ -85,6 +87,11 @@ class Disturber:
     _carries: int = 0
     _carried_ticks: int = 0
     _last_held: str | None = None
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as it is now."""
+        return self.stage.scene
 
     def plan(self, specs: tuple[DisturbanceSpec, ...]) -> None:
         """Draw what specs leave open. E064 for an unknown name, E065 where a scene has no obstacle to bring in."""
@@ -310,7 +317,8 @@ class Disturber:
                 found.append(place.surface_m)
             elif place.buffer:
                 keep_off = [s.extent for _, s in self.bench.others(body.id)]
-                spots = self.approach.spots(place, max(body.size_m[:2]) / 2, keep_off)
+                frame = self.bench.base.pose
+                spots = free_spots(place, max(body.size_m[:2]) / 2, keep_off, self.scene.fixtures, frame)
                 found += [(x, y, place.surface_m[2]) for x, y in spots[:6]]
         yield from self._shuffled(found)
 
