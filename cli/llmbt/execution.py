@@ -29,6 +29,7 @@ from llmbt_runtime.initial import facts_of_map
 from llmbt_runtime.outcome import Happening, Outcome
 from llmbt_runtime.record import RunFolder, result_document, signatures_of, write_result
 from llmbt_runtime.schedule import read_schedule
+from llmbt_runtime.search import Planner, planner_named
 from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.symbolic_disturbance import symbolic_events
 from llmbt_runtime.world import World
@@ -165,9 +166,13 @@ def solve_problem(
     seed: int,
     budget: int,
     failure_rate: float,
+    planner: str = "own",
 ) -> dict[str, Any]:
-    """Run the loop on a PDDL problem in the symbolic world; `result.json`'s content, in PDDL's names."""
+    """Run the loop on a PDDL problem in the symbolic world; `result.json`'s content, in PDDL's names. E075 for a
+    planner that is not installed."""
     from llmbt_atl.pddl import pddl_call, write_library
+
+    asked = planner_named(planner)
 
     started = time.monotonic()
     library = problem.domain.library
@@ -190,7 +195,8 @@ def solve_problem(
         started=started,
         settings=Settings(budget, max_ticks=200_000),
         seed=seed,
-        extra={"problem": problem.name, "world": "symbolic"},
+        extra={"problem": problem.name, "world": "symbolic", "planner": planner},
+        planner=asked,
         names={name: (t.words.split() or [name])[0] for name, t in library.templates.items()},
     )
     done = [ActionCall(a["template"], tuple(a["args"])) for a in document["actions"] if a["result"] == "SUCCESS"]
@@ -216,6 +222,7 @@ def _execute(
     extra: Mapping[str, Any],
     picture: Callable[[str], None] = _no_picture,
     names: Mapping[str, str] | None = None,
+    planner: Planner | None = None,
 ) -> dict[str, Any]:
     """Execute, and write the story and `result.json`, whose content is returned. The world is closed."""
 
@@ -227,7 +234,7 @@ def _execute(
 
     try:
         picture("start")
-        result = execute(world, domain, tree, goals, keep=run.keep, tell=tell, settings=settings)
+        result = execute(world, domain, tree, goals, keep=run.keep, tell=tell, settings=settings, planner=planner)
         picture("end")
         document = result_document(
             result,
