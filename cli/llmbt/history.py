@@ -82,6 +82,11 @@ class Run:
         """The words of the request, where it is known."""
         return str(self.stages[0].record.get("request") or self.reply.get("request") or "")
 
+    @property
+    def grew(self) -> bool:
+        """Whether its tree could grow: not where it was ticked as it stands (`execute --no-update`)."""
+        return self.result.get("update", True) is not False
+
     def stage(self, name: str) -> Stage:
         """A version by its name, as `v002` or `2`. E081 where there is none."""
         wanted = name if name.startswith("v") else f"v{name:0>3}"
@@ -173,7 +178,10 @@ class Link:
 
 def origin(run: Run, node: str) -> tuple[tuple[Link, ...], ...]:
     """The chains of the nodes that `node` names, by id, by the beginning of one, or by label (of several equal ones
-    in the newest version that has it, each). E083 where it names none."""
+    in the newest version that has it, each). E083 where it names none, or the tree did not grow."""
+    if not run.grew:
+        title = "the tree of this run was ticked as it stands: where a node is from, only its author can tell"
+        raise LlmbtError(Diagnostic("E083", title, Span(str(run.folder))))
     stage, ids = _find(run, node)
     return tuple(_chain(run, stage, id_) for id_ in ids)
 

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from llmbt_atl.state import Domain, GroundAction, apply
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, holds, satisfied
 from llmbt_ir.tree import Tree
+from llmbt_runtime.engine.ticker import Ticker
 from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
 from llmbt_runtime.search import OutOfBudget, Planner, Unsolvable
-from llmbt_runtime.tick import NodeStatus, tick
+from llmbt_runtime.tick import NodeStatus
 from llmbt_runtime.update.loop import Grown, update
 from llmbt_runtime.update.prune import prune
 from llmbt_runtime.update.rollout import perceived
@@ -88,6 +89,7 @@ class _Run:
     ) -> None:
         self.world, self.domain, self.tree, self.goals = world, domain, tree, goals
         self.keep, self.tell, self.settings, self.planner = keep, tell, settings, planner
+        self.ticker = Ticker()
         self.ticks = self.updates = self.planner_calls = self.expansions = 0
         self.executed: list[Executed] = []
         self.running: tuple[str, GroundAction, float] | None = None
@@ -128,7 +130,7 @@ class _Run:
                 self.advance()
                 return None
             facts = self.look()
-        record = tick(self.tree, facts)
+        record = self.ticker.tick(self.tree, facts)
         if record.status is NodeStatus.SUCCESS:
             self.stop("the goals hold")
             return self.check_success()
