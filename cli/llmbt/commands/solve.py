@@ -49,9 +49,9 @@ def solve(
     succeeded, as other planners write them.
     """
     from llmbt.commands.execute import summary
-    from llmbt.execution import read_problem, solve_problem
     from llmbt.folders import fresh_folder
     from llmbt.progress import Progress
+    from llmbt.solving import read_problem, solve_problem
     from llmbt_ir.xml import read_bytes
 
     texts = [read_bytes(p, "PDDL file").decode("utf-8", "replace") for p in (domain, problem)]
