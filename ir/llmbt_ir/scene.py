@@ -16,7 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
-from llmbt_ir.geometry import Box, Pose, quat_from_yaw, yaw_from_quat
+from llmbt_ir.geometry import Box, Pose, Viewpoint, quat_from_yaw, yaw_from_quat
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
 from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes
 
@@ -175,6 +175,7 @@ class Scene:
     objects: tuple[Body, ...]
     obstacles: tuple[Body, ...] = ()
     cameras: tuple[Camera, ...] = ()
+    viewer: Viewpoint | None = None
     description: str = ""
     robot: RobotModel = RobotModel.PANDA
     source: str = field(default="scene.xml", compare=False)
@@ -224,8 +225,11 @@ def to_semantic_map(scene: Scene) -> SemanticMap:
         for o in scene.objects
         if o.pose is not None
     )
-    places = tuple(MapPlace(p.id, p.name, p.type, p.parent, p.buffer, p.line) for p in scene.places)
-    return SemanticMap(scene.name, scene.library, objects, places, scene.source)
+    places = tuple(
+        MapPlace(p.id, p.name, p.type, p.parent, p.buffer, p.line, p.surface_m, p.size_m) for p in scene.places
+    )
+    viewpoint = scene.viewer or Viewpoint("robot", scene.robot_xyz_m, scene.robot_yaw_rad)
+    return SemanticMap(scene.name, scene.library, objects, places, scene.source, viewpoint)
 
 
 def _folder() -> Path:
@@ -283,6 +287,7 @@ _REQUIRED: Mapping[str, tuple[str, ...]] = {
     "Object": _BODY,
     "Obstacle": _BODY,
     "Camera": ("id", "eye_m", "target_m"),
+    "Viewer": ("xyz_m",),
 }
 
 
@@ -339,6 +344,7 @@ class _Reader:
             objects=objects,
             obstacles=obstacles,
             cameras=cameras,
+            viewer=self.viewer(),
             description=" ".join((root.findtext("Description") or "").split()),
             robot=model,
             source=self.source,
@@ -393,6 +399,12 @@ class _Reader:
             width_px=int(node.get("width_px", "640")),
             height_px=int(node.get("height_px", "480")),
         )
+
+    def viewer(self) -> Viewpoint | None:
+        node = self.root.find("Viewer")
+        if node is None:
+            return None
+        return Viewpoint(node.get("of", "user"), _triple(node.get("xyz_m")), float(node.get("yaw_rad", "0")))
 
     def body(self, node: Element, type_: str, places: Mapping[str, ScenePlace]) -> Body:
         id_, line = self.claim(node), line_of(node)

@@ -136,7 +136,7 @@ class Floor:
     @cached_property
     def _parts(self) -> NDArray[np.int32]:
         """The number of the connected part of the clear floor that a cell belongs to; 0 where it is not clear."""
-        from scipy.ndimage import label  # type: ignore[import-untyped]
+        from scipy.ndimage import label
 
         found: NDArray[np.int32] = label(self._room >= MARGIN_M)[0]
         return found
