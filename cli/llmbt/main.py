@@ -21,6 +21,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "experiment": ("llmbt.commands.experiment:experiment", "Many trials: the paper's tables, and other methods."),
     "solve": ("llmbt.commands.solve:solve", "Run the update loop on a PDDL problem."),
     "tree": ("llmbt.commands.tree:tree", "Look at trees."),
+    "scene": ("llmbt.commands.scene:scene", "Scenes: what stands where, pictures, faults."),
     "atl": ("llmbt.commands.atl:atl", "Action template libraries."),
     "keywords": ("llmbt.commands.keywords:keywords", "The keyword tagger: tag, train, evaluate."),
     "cassette": ("llmbt.commands.cassette:cassette", "Recordings of the language model."),
