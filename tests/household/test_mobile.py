@@ -125,10 +125,10 @@ def test_a_skill_that_was_halted_anywhere_can_be_started_again(world: BulletWorl
 
 
 def test_it_goes_round_what_stands_in_the_room(world: BulletWorld) -> None:
-    put(world, "obstacle_4", 0.55, 0.0)
+    put(world, "obstacle_6", 0.55, 0.0)
     assert "Clear(bar)" in facts(world, "Clear")
     assert act(world, "navigate", "bar").status is S
-    x, y, _ = world.objects()["obstacle_4"]
+    x, y, _ = world.objects()["obstacle_6"]
     assert math.hypot(x - 0.55, y) < 1e-3, "it was not touched"
 
 
@@ -136,11 +136,11 @@ def test_an_obstacle_that_turns_up_while_it_drives(world: BulletWorld) -> None:
     world.start(ActionCall("navigate", ("bar",)))
     for _ in range(12):
         world.advance()
-    world._bench.put("obstacle_4", Pose((0.75, 0.0, 0.2505)))
+    world._bench.put("obstacle_6", Pose((0.75, 0.0, 0.2505)))
     while (report := world.advance()).status is Status.RUNNING:
         pass
     assert report == ActionReport(S) and facts(world, "Near") == {"Near(bar)"}
-    assert math.dist(world.objects()["obstacle_4"][:2], (0.75, 0.0)) < 1e-3
+    assert math.dist(world.objects()["obstacle_6"][:2], (0.75, 0.0)) < 1e-3
 
 
 def test_another_docking_pose_where_one_is_taken(world: BulletWorld) -> None:
@@ -173,9 +173,9 @@ def test_a_crate_before_the_only_docking_pose_is_told_and_cleared(world: BulletW
 
 
 def test_an_armchair_there_cannot_be_cleared(world: BulletWorld) -> None:
-    wall_in(world, "obstacle_4")
-    assert "Blocks(obstacle_4, user)" in facts(world, "Blocks")
-    assert not {"Clear(user)", "Clear(obstacle_4)"} & facts(world, "Clear")
+    wall_in(world, "obstacle_6")
+    assert "Blocks(obstacle_6, user)" in facts(world, "Blocks")
+    assert not {"Clear(user)", "Clear(obstacle_6)"} & facts(world, "Clear")
 
 
 def test_the_milk_behind_a_cereal_box(world: BulletWorld) -> None:

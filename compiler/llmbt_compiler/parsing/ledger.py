@@ -36,7 +36,8 @@ class Entry:
 class Ledger:
     """Standing goals, things in the hand and the last way gone, step by step.
 
-    `where` follows the objects through the steps. A later move of an object replaces its earlier one.
+    `where` follows the objects through the steps. A later move of an object replaces its earlier one; `moves` keeps
+    them all.
     """
 
     where: dict[str, str | None]
@@ -47,6 +48,7 @@ class Ledger:
     touched: set[str] = field(default_factory=set)
     acts: int = 0
     notes: list[Note] = field(default_factory=list)
+    moves: list[Entry] = field(default_factory=list)
 
     def fork(self) -> Ledger:
         """A second ledger that goes on from here by itself."""
@@ -86,6 +88,9 @@ class Ledger:
         assert entry.target is not None
         assert entry.place is not None
         old = self.of(entry.target)
+        if inner and old is not None and self.moves and self.moves[-1] is old:
+            self.moves.pop()
+        self.moves.append(entry)
         self.pending.pop(entry.target, None)
         self.near = self.carried = None
         self.touched.add(entry.target)

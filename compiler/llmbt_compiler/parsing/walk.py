@@ -19,7 +19,7 @@ from llmbt_compiler.parsing.beside import mentioned, unread
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase, clauses, extents
 from llmbt_compiler.parsing.ground import Open, Stop
 from llmbt_compiler.parsing.ledger import Entry
-from llmbt_compiler.parsing.model import Extent, LabelledStep, NoteKind, ParseResult
+from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
@@ -411,7 +411,12 @@ class _Walker(Acting):
             told = "; ".join(n.text for n in self.notes[:3])
             self.complain("E340", "no step asks for anything that changes the scene", Extent(-1, -1), "", told)
         notes = (*self.notes, *self.ledger.notes)
-        return ParseResult(goals, tuple(sorted(notes, key=lambda n: n.step_number)), tuple(self.diagnostics))
+        moves = tuple(
+            Move(e.target, e.place, e.goal(), e.note is not None)
+            for e in self.ledger.moves
+            if e.target is not None and e.place is not None
+        )
+        return ParseResult(goals, tuple(sorted(notes, key=lambda n: n.step_number)), tuple(self.diagnostics), moves)
 
 
 def _sides(clause: Clause) -> tuple[tuple[Phrase, ...], tuple[Phrase, ...], tuple[Phrase, ...]]:

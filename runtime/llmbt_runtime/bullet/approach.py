@@ -33,6 +33,7 @@ _MARGIN_M = 0.0015
 _NEAR_HAND_M = 0.25
 _FAR: Vec3 = (90.0, 90.0, 0.0)
 _SPOT_TRIES = 16
+_LONG_M = 0.01
 
 
 class Approach:
@@ -228,25 +229,36 @@ class Approach:
 
         `avoid` is a body that must be clear afterwards, the one for whose sake the thing is moved.
         """
-        body, surface = self._kinds[carried.id], place.surface_m
+        surface = place.surface_m
         if surface is None:
             return None
-        keep_off, fixtures = [s.extent for s in self._here.values()], self.stage.scene.fixtures
-        lying = [put_down_state(body, carried, 0.0, 0.0, 0.0, yaw).extent.half for yaw in yaws]
-        half = max(max(h[:2]) for h in lying)
-        spots = free_spots(place, half, keep_off, fixtures, self.frame)
-        if carried.tilted:  # room to fall over, where there is any
-            wide_m = math.hypot(*body.size_m) / 2
-            wide = free_spots(place, wide_m, keep_off, fixtures, self.frame, SPOT_GAP_TILTED_M)
-            spots = wide or spots
         before = {id_: self.grasp(id_) for id_ in sorted(self._here)}
-        for x, y in spots[:_SPOT_TRIES]:
-            verdict = self.let_go(carried, x, y, surface[2], yaws)
+        for x, y, turns in self._spots(carried, place, yaws):
+            verdict = self.let_go(carried, x, y, surface[2], turns)
             if verdict.grasp is None:
                 continue
             if self._leaves_clear(carried, (x, y), surface[2], verdict.grasp, before, avoid):
                 return (x, y), verdict
         return None
+
+    def _spots(
+        self, carried: Carried, place: ScenePlace, yaws: Sequence[float]
+    ) -> Iterator[tuple[float, float, Sequence[float]]]:
+        """Roomy spots for a held thing, each with the yaws that it has room in: of a long one, one at a time."""
+        body = self._kinds[carried.id]
+        keep_off, fixtures = [s.extent for s in self._here.values()], self.stage.scene.fixtures
+        halves = [put_down_state(body, carried, 0.0, 0.0, 0.0, yaw).extent.half[:2] for yaw in yaws]
+        widest = max(max(h) for h in halves)
+        if widest - min(min(h) for h in halves) > _LONG_M and not carried.tilted:
+            for yaw, half in zip(yaws, halves, strict=True):
+                for x, y in free_spots(place, half, keep_off, fixtures, self.frame)[:_SPOT_TRIES]:
+                    yield x, y, [yaw]
+            return
+        spots = free_spots(place, (widest, widest), keep_off, fixtures, self.frame)
+        if carried.tilted:  # room to fall over, where there is any
+            fallen = math.hypot(*body.size_m) / 2
+            spots = free_spots(place, (fallen, fallen), keep_off, fixtures, self.frame, SPOT_GAP_TILTED_M) or spots
+        yield from ((x, y, yaws) for x, y in spots[:_SPOT_TRIES])
 
     def _leaves_clear(
         self,

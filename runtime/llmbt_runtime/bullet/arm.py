@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -40,12 +40,20 @@ class SkillError(Exception):
 @dataclass
 class Arm:
     """Moves the arm of a bench. `carried` is how what is held sits in the hand; `transferring` is the thing that is
-    being carried over, while it is."""
+    being carried over, while it is, and `share` how far it has come."""
 
     stage: Stage
     bench: Bench
     carried: Carried | None = field(default=None)
     transferring: str | None = field(default=None)
+    share: Callable[[], float] = field(default=lambda: 0.0)
+
+    def __post_init__(self) -> None:
+        self.share = self.of_motion
+
+    def of_motion(self) -> float:
+        """How much of the running motion has been commanded."""
+        return self.bench.panda.progress
 
     def come_to_rest(self) -> Skill:
         """A skill may start while the arm still brakes."""
@@ -140,14 +148,20 @@ class Arm:
         theta, r = th0 + s * (th1 - th0) + base.yaw_rad, r0 + s * (r1 - r0)
         x = r * np.cos(theta) + base.x_m
         y = r * np.sin(theta) + base.y_m
-        top = -math.inf
+        top, corridor = -math.inf, self._corridor(carrying)
         for cx, cy, hx, hy, z in self._tops(carrying):
-            if bool(np.any((np.abs(x - cx) < hx + _CORRIDOR_M) & (np.abs(y - cy) < hy + _CORRIDOR_M))):
+            if bool(np.any((np.abs(x - cx) < hx + corridor) & (np.abs(y - cy) < hy + corridor))):
                 top = max(top, z)
         below = FINGER_BELOW_TIP_M
         if carrying is not None and self.carried is not None:
             below = max(below, self.carried.bottom_below_tip_m)
         return top - base.z_m + below
+
+    def _corridor(self, carrying: str | None) -> float:
+        """How far to either side of its path hand and load reach."""
+        if carrying is None or carrying not in self.bench.sensed.states:
+            return _CORRIDOR_M
+        return max(_CORRIDOR_M, *self.bench.sensed.states[carrying].extent.half[:2])
 
     def _tops(self, carrying: str | None) -> Iterator[tuple[float, float, float, float, float]]:
         for f in self.stage.scene.fixtures:

@@ -26,7 +26,7 @@ _KEEP_XY_M = 0.005
 _STILL_TICKS = 3
 """What has been at rest for so long is where it is: no wider bounds."""
 _SLOT_SPACE_M = 0.06
-_TYPICAL_HALF_M = 0.0235
+_TYPICAL_HALF_M, _HOUSEHOLD_HALF_M = 0.0235, 0.033
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,8 +164,9 @@ class Conditions:
 
     def _has_room(self, place: ScenePlace, extents: list[Extent]) -> bool:
         """Whether a typical thing could be put down somewhere on a region, in reach where the robot cannot drive."""
-        frame = None if self.judge.terrain.drives else BasePose.of_scene(self.scene)
-        return bool(free_spots(place, _TYPICAL_HALF_M, extents, self.scene.fixtures, frame))
+        drives = self.judge.terrain.drives
+        frame, half = (None, _HOUSEHOLD_HALF_M) if drives else (BasePose.of_scene(self.scene), _TYPICAL_HALF_M)
+        return bool(free_spots(place, (half, half), extents, self.scene.fixtures, frame))
 
     def _obstructs(self, facts: Iterable[Condition]) -> Facts:
         """Of each slot that holds nothing and is not free, one thing that reaches into it."""

@@ -44,12 +44,12 @@ class Docks:
         return self.of.get(place, ())
 
 
-def find_docks(scene: Scene, approach: Approach) -> Docks:
-    """The docking poses of a scene's places, with its fixtures where they are and nothing else in the way."""
+def find_docks(scene: Scene, approach: Approach, *, only: str | None = None) -> Docks:
+    """The docking poses of a scene's places (or of one), with its fixtures where they are and nothing in the way."""
     floor = Floor.of(scene)
     found: dict[str, tuple[BasePose, ...]] = {}
     for place in scene.places:
-        if place.surface_m is None or place.is_slot:
+        if place.surface_m is None or place.is_slot or only not in (None, place.id):
             continue
         taken = [(d.x_m, d.y_m) for docks in found.values() for d in docks]
         found[place.id] = tuple(_docks_of(place, scene, approach, floor, taken))

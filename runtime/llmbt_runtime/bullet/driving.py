@@ -33,7 +33,7 @@ _TUCKED_HEIGHT_M = 0.48
 """While it drives, the hand is this far before the base and so high, so that what is dropped falls beside it."""
 _REPLANS = 6
 _OFF_COURSE_M = 0.01
-_ASIDE_M, _ASIDE_ROOM_M = 0.50, 0.05
+_ASIDE_M, _ASIDE_ROOM_M = 0.55, 0.05
 _TURNS = tuple(k * math.pi / 8 * side for k in range(2, 7) for side in (1, -1))
 """Directions from the robot in which a thing is put aside, to its left and right before behind it."""
 
@@ -48,6 +48,8 @@ class Driver:
     conditions: BaseConditions
     reporter: Reporter
     _seen: Floor | None = field(default=None)
+    _done: float = 0.0
+    _leg: float = 0.0
 
     def __post_init__(self) -> None:
         self.bench = self.arm.bench
@@ -119,6 +121,17 @@ class Driver:
         carrying = self.bench.sensed.held
         yield from self._tuck(carrying)
         self._seen = None
+        self.arm.transferring, self.arm.share = carrying, self._share
+        try:
+            yield from self._to_one_of(goals, carrying)
+        finally:
+            self.arm.transferring, self.arm.share = None, self.arm.of_motion
+
+    def _share(self) -> float:
+        """How much of the way has been gone."""
+        return self._done + self._leg * self.bench.base.progress
+
+    def _to_one_of(self, goals: _Goals, carrying: str | None) -> Skill:
         for _ in range(_REPLANS):
             route, pose = self._route(goals())
             if (yield from self._follow(route, pose, carrying, goals)):
@@ -164,6 +177,7 @@ class Driver:
             leg = math.dist(a, b)
             share = leg / total if total > 1e-9 else 1.0 / (len(route) - 1)
             first, last = start.yaw_rad + done * turn, start.yaw_rad + (done + share) * turn
+            self._done, self._leg = done, share
             done += share
             if leg < 1e-6 and abs(last - first) < 1e-6:
                 continue

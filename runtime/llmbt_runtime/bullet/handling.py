@@ -173,13 +173,23 @@ class Hand:
         if self.bench.sensed.held != target:
             raise SkillError("not_holding", self.bench.sensed.held)
         carried = self.arm.carried = self._carried(target, self.bench.panda.finger_gap())
-        (x, y), how = self._choose(carried, place, for_)
-        yield from self.arm.over(how.tip, target)
+        for _ in range(_REPLANS):
+            shifts, place = self.stage.shifts, self._now(place)
+            (x, y), how = self._choose(carried, place, for_)
+            yield from self.arm.over(how.tip, target)
+            if shifts == self.stage.shifts:
+                break
+        else:
+            raise SkillError("blocked")
         carried = self.arm.carried = self._carried(target, carried.width_m)
         how = self._still_free(carried, place, x, y, how)
         tip = (*how.tip[:2], how.tip[2] + _LET_GO_ABOVE_M, how.tip[3])
         yield from self.arm.down(tip, target)
         yield from self._let_go(target, place, how)
+
+    def _now(self, place: ScenePlace) -> ScenePlace:
+        """A place of the scene where it is by now."""
+        return next((p for p in self.scene.places if p.id == place.id), place)
 
     def _choose(self, carried: Carried, place: ScenePlace, for_: str | None) -> tuple[tuple[float, float], Grasp]:
         """Where on a place the thing goes, and how."""

@@ -60,7 +60,8 @@ class Judge:
         self.approach.mirror(sensed.states, without=sensed.held)
         stale = self._stale(lying, on)
         kept = {id_: v for id_, v in self._verdicts.items() if id_ in lying and id_ not in stale}
-        fresh = {id_: self._verdict(id_, sensed, on.get(id_, frozenset())) for id_ in sorted(stale)}
+        held, base = sensed.held, sensed.base
+        fresh = {id_: self.verdict(id_, lying, held, base, on.get(id_, frozenset())) for id_ in sorted(stale)}
         self._verdicts = {**kept, **fresh}
         clear = frozenset(id_ for id_, v in self._verdicts.items() if v.grasp is not None)
         self._blockers = {
@@ -86,13 +87,16 @@ class Judge:
 
         return {id_ for id_, s in lying.items() if id_ not in self._verdicts or not on.get(id_) or near(s)}
 
-    def _verdict(self, id_: str, sensed: Sensed, places: frozenset[str]) -> Verdict:
-        """From the first pose of the base from which it can be taken; else what all of them have found in the way."""
-        state = sensed.states[id_]
-        floor = self.terrain.floor(sensed.states, sensed.held)
+    def verdict(
+        self, id_: str, states: Mapping[str, BodyState], held: str | None, base: BasePose, places: frozenset[str]
+    ) -> Verdict:
+        """How a thing of the mirrored world can be taken, from the first pose of the base from which it can; else what
+        all of them have found in the way."""
+        state = states[id_]
+        floor = self.terrain.floor(states, held)
         options: list[tuple[str, ...]] = []
         reachable = False
-        poses = self.terrain.poses_for(state, places, floor, sensed.base)
+        poses = self.terrain.poses_for(state, places, floor, base)
         for pose in itertools.islice(poses, _POSES_TRIED):
             with self.approach.standing_at(pose):
                 verdict = self.approach.grasp(id_)

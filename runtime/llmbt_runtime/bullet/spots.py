@@ -6,10 +6,14 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
+from llmbt_ir.geometry import Vec3
 from llmbt_ir.scene import Fixture, ScenePlace
 from llmbt_runtime.bullet.bodies import Extent
 from llmbt_runtime.bullet.frames import BasePose
+
+Array = NDArray[np.float64]
 
 __all__ = ["SPOT_GAP_TILTED_M", "free_spots"]
 
@@ -21,20 +25,21 @@ _MIN_REACH_M, _MAX_REACH_M = 0.30, 0.74
 
 def free_spots(
     place: ScenePlace,
-    half_m: float,
+    half_m: tuple[float, float],
     keep_off: Iterable[Extent],
     fixtures: Iterable[Fixture],
     frame: BasePose | None,
     gap_m: float = _SPOT_GAP_M,
 ) -> list[tuple[float, float]]:
-    """Where in a region a thing of half-width `half_m` would lie apart from everything, the roomiest first.
+    """Where in a region a thing of half-extents `half_m` would lie apart from everything, the roomiest first.
 
     With a frame, only where an arm that stands there reaches, near before far.
     """
     if place.surface_m is None:
         return []
     px, py, pz = place.surface_m
-    rx, ry = place.size_m[0] / 2 - half_m - 0.005, place.size_m[1] / 2 - half_m - 0.005
+    hx, hy = half_m
+    rx, ry = place.size_m[0] / 2 - hx - 0.005, place.size_m[1] / 2 - hy - 0.005
     if rx < 0 or ry < 0:
         return []
     xs = np.linspace(-rx, rx, max(1, int(2 * rx / _SPOT_STEP_M) + 1)) + px if rx > 0 else np.array([px])
@@ -49,13 +54,18 @@ def free_spots(
         ok &= (away >= _MIN_REACH_M) & (away <= _MAX_REACH_M) & (np.abs(turn) < math.radians(150))
     for f in fixtures:
         if f.top_m > pz + 0.005:
-            gap = np.maximum(np.abs(gx - f.xyz_m[0]) - f.size_m[0] / 2, np.abs(gy - f.xyz_m[1]) - f.size_m[1] / 2)
-            ok &= gap >= half_m + _SPOT_FIXTURE_GAP_M
+            gap = _gap(gx, gy, f.xyz_m, (f.size_m[0] / 2 + hx, f.size_m[1] / 2 + hy))
+            ok &= gap >= _SPOT_FIXTURE_GAP_M
     room = np.full(len(gx), 0.12)
     for e in keep_off:
-        gap = np.maximum(np.abs(gx - e.centre[0]) - e.half[0], np.abs(gy - e.centre[1]) - e.half[1])
-        room = np.minimum(room, gap - half_m)
+        room = np.minimum(room, _gap(gx, gy, e.centre, (e.half[0] + hx, e.half[1] + hy)))
     ok &= room >= gap_m
     index = np.flatnonzero(ok)
     order = np.lexsort((gy[index], gx[index], np.round(away[index], 3), -np.round(room[index], 3)))
     return [(float(gx[i]), float(gy[i])) for i in index[order]]
+
+
+def _gap(x: Array, y: Array, centre: Vec3, half: tuple[float, float]) -> Array:
+    """How far points are outside a box, along the axis on which they are further out."""
+    found: Array = np.maximum(np.abs(x - centre[0]) - half[0], np.abs(y - centre[1]) - half[1])
+    return found

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from llmbt_ir.scene import Body, RobotModel
+from llmbt_ir.scene import Body, RobotModel, Scene
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.bodies import BodyState, any_moved
 from llmbt_runtime.bullet.docking import Docks, around, find_docks
 from llmbt_runtime.bullet.frames import BasePose
-from llmbt_runtime.bullet.navigation import Floor, Footprint, footprint_of
+from llmbt_runtime.bullet.navigation import Floor, Footprint, Point, footprint_of
 from llmbt_runtime.bullet.stage import Stage
 
 __all__ = ["Terrain"]
@@ -54,6 +54,13 @@ class Terrain:
             self._floor = Floor.of(self.stage.scene, prints)
             self._floor_at = self.stage.shifts, lying
         return self._floor
+
+    def would_reach(self, scene: Scene, place: str, states: States, held: str | None, here: Point) -> bool:
+        """Whether in another scene, of the same things, there is a docking pose of a place, and a way to it."""
+        docks = find_docks(scene, self.approach, only=place)[place]
+        bodies = self.floor_bodies(states, held)
+        floor = Floor.of(scene, [footprint_of(self._kinds[id_], s) for id_, s in sorted(bodies.items())])
+        return any(floor.connected(here, (d.x_m, d.y_m)) for d in docks)
 
     def poses_for(self, state: BodyState, places: frozenset[str], floor: Floor, base: BasePose) -> Iterator[BasePose]:
         """From where a thing may be taken: the docking poses of the place that it is on, or else all around it."""

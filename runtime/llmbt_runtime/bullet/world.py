@@ -20,6 +20,7 @@ from llmbt_runtime.bullet.conditions import Conditions, Reading
 from llmbt_runtime.bullet.disturbances import Disturber, Moment
 from llmbt_runtime.bullet.driving import Driver
 from llmbt_runtime.bullet.handling import Hand
+from llmbt_runtime.bullet.interventions import Interventions
 from llmbt_runtime.bullet.judging import Judge
 from llmbt_runtime.bullet.reporting import Reporter, post_of
 from llmbt_runtime.bullet.restore import Memory
@@ -54,8 +55,9 @@ class BulletWorld:
         self._stage = Stage(scene)
         self._bench = Bench(scene)
         self._approach = Approach(self._stage)
-        terrain = Terrain(self._stage, self._approach, self._bench.kinds)
-        judge, base = Judge(self._approach, terrain), BaseConditions(terrain)
+        terrain = self._terrain = Terrain(self._stage, self._approach, self._bench.kinds)
+        judge = self._judge = Judge(self._approach, terrain)
+        base = BaseConditions(terrain)
         self._conditions = Conditions(self._stage, self._bench.kinds, judge, base)
         self._reporter = Reporter(scene.with_containers)
         self._arm = Arm(self._stage, self._bench)
@@ -78,7 +80,9 @@ class BulletWorld:
         self._action: ActionCall | None = None
         self._outcome: ActionReport | None = None
         self._halting = False
-        self._disturber = Disturber(self._stage, self._bench, self._approach, goals, np.random.default_rng(seed))
+        rng = np.random.default_rng(seed)
+        here = Interventions(self._stage, self._bench, self._approach, self._judge, self._terrain, goals, rng)
+        self._disturber = Disturber(here, rng)
         self._disturber.plan(disturbances)
 
     def reset(
@@ -181,19 +185,20 @@ class BulletWorld:
             self._reading = self._conditions.read(self._bench.tick())
             self._resume()
             report = self._report()
-            self._disturber.step(self._moment())
+            self._disturber.step(self._moment(report))
             return report
 
-    def _moment(self) -> Moment:
-        panda = self._bench.panda
+    def _moment(self, report: ActionReport) -> Moment:
         held = self._bench.sensed.held
+        ended = self._action if report.status is Status.SUCCESS else None
         return Moment(
             facts=self._reading.strict,
             action=self._action if self._skill is not None else None,
             in_contact=self._reporter.in_contact,
             at_rest=self._reading.at_rest,
             held=held,
-            transfer=panda.progress if held is not None and self._arm.transferring == held else None,
+            transfer=self._arm.share() if held is not None and self._arm.transferring == held else None,
+            ended=ended.name if ended is not None else None,
         )
 
     def _report(self) -> ActionReport:
