@@ -139,7 +139,8 @@ def execute_tree(
     aims = goals[0] if goals else _aims(tree, domain)
     start = facts_of_map(domain, to_semantic_map(order.scene))
     specs = disturbances(order, domain, start, aims)
-    run = _run_folder(data, source, provenance, library, folder, goals)
+    kind: dict[str, Any] = {} if order.update else {"update": False}
+    run = _run_folder(data, source, provenance, library, folder, goals, kind)
     if not (folder / "map.xml").exists():
         write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
     world = _world(order, domain, aims, specs)
@@ -148,7 +149,7 @@ def execute_tree(
         "world": order.world,
         "disturb": order.disturb,
         "drawn": [s.name for s in specs],
-        **({} if order.update else {"update": False}),
+        **kind,
         **(extra or {}),
     }
 
@@ -177,9 +178,16 @@ def _aims(tree: Tree | Program, domain: Domain) -> tuple[Condition, ...]:
 
 
 def _run_folder(
-    data: bytes, source: str, provenance: Provenance, library: Library, folder: Path, goals: Goals
+    data: bytes,
+    source: str,
+    provenance: Provenance,
+    library: Library,
+    folder: Path,
+    goals: Goals,
+    told: Mapping[str, Any],
 ) -> RunFolder:
-    """The folder's versions: those of the compile that wrote this very tree, or this tree copied as v000."""
+    """The folder's versions: those of the compile that wrote this very tree, or this tree copied as v000 with a record
+    that says what is `told`."""
     store = VersionStore(folder)
     versions = store.versions()
     if versions and versions[-1].record["sha256"] == sha256(data):
@@ -195,10 +203,11 @@ def _run_folder(
             "parent": None,
             "parent_sha256": provenance.parent_sha256,
             "from": Path(source).name,
+            **told,
         }
         store.append(data, record, 0)
-    told = provenance.goals or goal_records(goals)
-    return RunFolder(folder, signatures_of(library), told, number, sha256(data), f"tree.v{number:03d}.xml")
+    records = provenance.goals or goal_records(goals)
+    return RunFolder(folder, signatures_of(library), records, number, sha256(data), f"tree.v{number:03d}.xml")
 
 
 def disturbances(
