@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from llmbt.progress import Progress
-from llmbt.recorded import goal_records, recorded
+from llmbt.recorded import Judge, goal_records, recorded
 from llmbt_atl.library import Library, load_library
 from llmbt_atl.state import Domain, domain_of
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, parse_condition
-from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span, nearest
+from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity, Span, nearest
 from llmbt_ir.scene import Scene, to_semantic_map
 from llmbt_ir.semantic_map import write_map
 from llmbt_ir.tree import Tree, goals_of
@@ -95,10 +95,14 @@ def load_program(data: bytes, source: str, scene: Scene) -> tuple[Program, Libra
     """Any BehaviorTree.CPP 4 file as the engine ticks it (docs/engine.md), with the library and the domain of its
     scene, and the provenance of a tree of ours."""
     from llmbt_ir.btcpp.document import parse_document
+    from llmbt_ir.btcpp.includes import with_includes
     from llmbt_runtime.engine.load import program_of_document
 
     library = load_library(scene.library, beside=Path(scene.source).parent)
-    program = program_of_document(parse_document(data, source), signatures_of(library))
+    document, faults = with_includes(parse_document(data, source), Path(source))
+    if faults:
+        raise LlmbtError(*(replace(f, severity=Severity.ERROR) for f in faults))
+    program = program_of_document(document, signatures_of(library))
     try:
         provenance = parse_tree(data, source, signatures_of(library)).provenance
     except LlmbtError:
@@ -117,10 +121,12 @@ def execute_tree(
     progress: Progress,
     *,
     extra: Mapping[str, Any] | None = None,
+    judge: Judge | None = None,
 ) -> dict[str, Any]:
     """Execute a tree in `folder`, which holds it as its newest version already or gets it as v000.
 
-    Writes the versions, `events.jsonl` and `result.json`, and returns the latter's content.
+    Writes the versions, `events.jsonl` and `result.json`, and returns the latter's content; what `judge` says of the
+    world after the end is part of it.
     """
     started = time.monotonic()
     tree: Tree | Program
@@ -157,7 +163,9 @@ def execute_tree(
             return drive(world, domain, tree, goals, tell=tell, max_ticks=settings.max_ticks)
         return execute(world, domain, tree, goals, keep=run.keep, tell=tell, settings=settings)
 
-    return recorded(act, world, run, progress, started=started, seed=order.seed, extra=told, picture=picture)
+    return recorded(
+        act, world, run, progress, started=started, seed=order.seed, extra=told, picture=picture, judge=judge
+    )
 
 
 def _aims(tree: Tree | Program, domain: Domain) -> tuple[Condition, ...]:

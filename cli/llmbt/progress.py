@@ -20,6 +20,7 @@ STYLES = {
     "ended": ("", "  "),
     "update": ("bold cyan", "^ "),
     "disturbance": ("bold yellow", "! "),
+    "deviation": ("yellow", "~ "),
     "outcome": ("bold", "= "),
 }
 

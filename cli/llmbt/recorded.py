@@ -16,7 +16,11 @@ from llmbt_runtime.outcome import Happening, Outcome, Result
 from llmbt_runtime.record import RunFolder, result_document, write_result
 from llmbt_runtime.world import World
 
-__all__ = ["exit_code_of", "goal_records", "recorded"]
+__all__ = ["Judge", "exit_code_of", "goal_records", "recorded"]
+
+
+Judge = Callable[[World, Outcome], Mapping[str, Any]]
+"""Looks at the world after the end, for fields of its own in `result.json`."""
 
 
 def exit_code_of(outcome: Outcome) -> ExitCode:
@@ -47,9 +51,11 @@ def recorded(
     extra: Mapping[str, Any],
     picture: Callable[[str], None] = _no_picture,
     names: Mapping[str, str] | None = None,
+    judge: Judge | None = None,
 ) -> dict[str, Any]:
     """Let something act in a world, hand it what hears the story, and write `events.jsonl` and `result.json`, whose
-    content is returned. The world is closed. `names` gives a template's name elsewhere."""
+    content is returned; what `judge` says of the world after the end is part of it. The world is closed. `names`
+    gives a template's name elsewhere."""
 
     def tell(happening: Happening) -> None:
         run.tell(happening)
@@ -70,6 +76,8 @@ def recorded(
             extra={**extra, "llmbt_version": __version__},
             names=names,
         )
+        if judge is not None:
+            document.update(judge(world, result.outcome))
     finally:
         world.close()
     write_result(run.folder, document)

@@ -288,6 +288,7 @@ class _Run:
         self.failures.forgive(facts)
         found = self.asked(facts, frozenset(self.failures.excluded))
         if isinstance(found, Kept):
+            self.note_deviation(facts)
             self.accept(facts)
             return None
         return found
@@ -301,6 +302,14 @@ class _Run:
             self.planner_calls += found.planner_calls if isinstance(found, Grown) else len(self.goals)
             self.expansions += found.expansions
         return found
+
+    def note_deviation(self, facts: Facts) -> None:
+        """Tell what was not predicted and needs no other tree."""
+        under_way = self.running[1].deletes if self.running else frozenset()
+        began, ended = facts - self.expected, self.expected - facts - under_way
+        if self.expected and (began or ended):
+            text = f"{self.cause(began, ended)}: the tree serves as it is"
+            self.say("deviation", text, began=[str(f) for f in sorted(began)], ended=[str(f) for f in sorted(ended)])
 
     def accept(self, facts: Facts) -> None:
         self.believed = self.expected = facts
