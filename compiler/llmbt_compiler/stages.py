@@ -94,9 +94,7 @@ def tagged(texts: Sequence[str], tagger: str) -> tuple[LabelledStep, ...]:
     from llmbt_compiler.keywords.tagger import load_tagger
 
     found = load_tagger(tagger).tag(list(texts))
-    return tuple(
-        LabelledStep(i, text, t.spans, t.confidence) for i, (text, t) in enumerate(zip(texts, found, strict=True), 1)
-    )
+    return tuple(LabelledStep.of(i, t) for i, t in enumerate(found, 1))
 
 
 # -- the stages ----------------------------------------------------------------------------------------------------

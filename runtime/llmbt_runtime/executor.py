@@ -15,7 +15,7 @@ from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, holds, satis
 from llmbt_ir.tree import Tree
 from llmbt_runtime.engine.ticker import Ticker
 from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
-from llmbt_runtime.search import OutOfBudget, Unsolvable
+from llmbt_runtime.search import OutOfBudget, Planner, Unsolvable
 from llmbt_runtime.tick import NodeStatus
 from llmbt_runtime.update.loop import Grown, update
 from llmbt_runtime.update.prune import prune
@@ -62,13 +62,15 @@ def execute(
     keep: Callable[[Change], str],
     tell: Callable[[Happening], None] = lambda _: None,
     settings: Settings | None = None,
+    planner: Planner | None = None,
 ) -> Result:
     """Run a tree until the goals hold by the truth, or it is shown that they cannot be reached.
 
-    `keep` stores a changed tree before anything acts on it and returns the version's name; `tell` hears the story.
+    `keep` stores a changed tree before anything acts on it and returns the version's name; `tell` hears the story;
+    `planner` is asked in place of our own search.
     KeyboardInterrupt is passed on after the world was halted.
     """
-    return _Run(world, domain, tree, goals, keep, tell, settings or Settings()).run()
+    return _Run(world, domain, tree, goals, keep, tell, settings or Settings(), planner).run()
 
 
 class _Run:
@@ -83,9 +85,10 @@ class _Run:
         keep: Callable[[Change], str],
         tell: Callable[[Happening], None],
         settings: Settings,
+        planner: Planner | None,
     ) -> None:
         self.world, self.domain, self.tree, self.goals = world, domain, tree, goals
-        self.keep, self.tell, self.settings = keep, tell, settings
+        self.keep, self.tell, self.settings, self.planner = keep, tell, settings, planner
         self.ticker = Ticker()
         self.ticks = self.updates = self.planner_calls = self.expansions = 0
         self.executed: list[Executed] = []
@@ -301,13 +304,23 @@ class _Run:
             self.goals,
             excluded=frozenset(self.excluded),
             budget=max(0, self.settings.budget - self.expansions),
+            planner=self.planner,
         )
         if isinstance(found, (Grown, Unsolvable, OutOfBudget)):
             self.planner_calls += found.planner_calls if isinstance(found, Grown) else len(self.goals)
             self.expansions += found.expansions
             return found
+        self.note_deviation(facts)
         self.accept(facts)
         return None
+
+    def note_deviation(self, facts: Facts) -> None:
+        """Tell what was not predicted and needs no other tree."""
+        under_way = self.running[1].deletes if self.running else frozenset()
+        began, ended = facts - self.expected, self.expected - facts - under_way
+        if self.expected and (began or ended):
+            text = f"{self.cause(began, ended)}: the tree serves as it is"
+            self.say("deviation", text, began=[str(f) for f in sorted(began)], ended=[str(f) for f in sorted(ended)])
 
     def accept(self, facts: Facts) -> None:
         self.believed = self.expected = facts

@@ -11,7 +11,9 @@ from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing import LabelledStep
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.model import Extent
-from llmbt_compiler.parsing.resolve import ANYWHERE, ORIGIN, Found, Talk, resolve_objects, resolve_places
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import rank_of, relations
 from llmbt_compiler.parsing.space.world import World

@@ -10,7 +10,9 @@ from llmbt_atl.library import Library
 from llmbt_atl.template import Role
 from llmbt_compiler.checking.request import OpenPoint
 from llmbt_compiler.parsing import exit_code_of
-from llmbt_compiler.parsing.resolve import ANYWHERE, ORIGIN, Found, Talk, resolve_objects, resolve_places
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.verbs import Shape, shape_of
 from llmbt_compiler.parsing.words import Token, lexicon, tokens

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 
 from llmbt_atl.library import Library
 from llmbt_compiler.parsing import Extent, Goal
-from llmbt_compiler.parsing.resolve import Fault, Found, Talk, resolve_objects, resolve_places
+from llmbt_compiler.parsing.names import Fault, Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic, Span

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from llmbt_atl.library import Library
 from llmbt_compiler.goals.document import Literal, Stated
 from llmbt_compiler.parsing import Goal, Note, NoteKind, ParseResult
-from llmbt_compiler.parsing.resolve import ANYWHERE, ORIGIN, Fault, Found, Talk, resolve_objects, resolve_places
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token, tokens
 from llmbt_ir.condition import Condition

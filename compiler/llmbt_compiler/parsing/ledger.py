@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from llmbt_compiler.parsing.model import Extent, Goal, LabelledStep, Note, NoteKind
 from llmbt_ir.condition import Condition
@@ -49,6 +49,18 @@ class Ledger:
     acts: int = 0
     notes: list[Note] = field(default_factory=list)
     moves: list[Entry] = field(default_factory=list)
+
+    def fork(self) -> Ledger:
+        """A second ledger that goes on from here by itself."""
+        return replace(
+            self, where=dict(self.where), goals=list(self.goals), pending=dict(self.pending),
+            touched=set(self.touched), notes=list(self.notes),
+        )  # fmt: skip
+
+    def standing(self) -> tuple[frozenset[Condition], frozenset[str], Condition | None, str | None]:
+        """What the steps so far come to: goals, things in the hand, the last way gone, where that leads."""
+        near = self.near.condition if self.near is not None else None
+        return frozenset(e.condition for e in self.goals), frozenset(self.pending), near, self.carried
 
     @property
     def handled(self) -> frozenset[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from llmbt_compiler.keywords.labels import KeywordSpan
+from llmbt_compiler.keywords.labels import KeywordSpan, Reading, TaggedStep
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, Severity
 
@@ -19,6 +19,7 @@ _CODES = {
     "E308": ExitCode.NO_SUCCESS,
     "E309": ExitCode.UNCLEAR,
     "E312": ExitCode.UNCLEAR,
+    "E314": ExitCode.UNCLEAR,
 }
 
 
@@ -51,6 +52,14 @@ class LabelledStep:
     confidence: float | None = None
     reply: Extent | None = None
     runs: tuple[tuple[int, int], ...] = ()
+    readings: tuple[Reading, ...] = ()
+
+    @classmethod
+    def of(
+        cls, number: int, tagged: TaggedStep, reply: Extent | None = None, runs: tuple[tuple[int, int], ...] = ()
+    ) -> LabelledStep:
+        """A step as the tagger labelled it."""
+        return cls(number, tagged.text, tagged.spans, tagged.confidence, reply, runs, tagged.readings)
 
     @property
     def certainty(self) -> float:

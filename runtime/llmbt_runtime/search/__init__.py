@@ -2,5 +2,18 @@
 
 from llmbt_runtime.search.core import OutOfBudget, Plan, Result, Unsolvable, search
 from llmbt_runtime.search.heuristic import HTable, Ranked, h_add
+from llmbt_runtime.search.planner import PLANNERS, Planner, planner_named
 
-__all__ = ["HTable", "OutOfBudget", "Plan", "Ranked", "Result", "Unsolvable", "h_add", "search"]
+__all__ = [
+    "PLANNERS",
+    "HTable",
+    "OutOfBudget",
+    "Plan",
+    "Planner",
+    "Ranked",
+    "Result",
+    "Unsolvable",
+    "h_add",
+    "planner_named",
+    "search",
+]

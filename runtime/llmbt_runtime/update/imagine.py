@@ -8,7 +8,7 @@ from llmbt_ir.tree import Tree
 from llmbt_runtime.search import HTable, h_add
 from llmbt_runtime.search.task import task_of
 from llmbt_runtime.update.grown import Grown
-from llmbt_runtime.update.local import Move, cheapest_goal, drop_excluded, repair
+from llmbt_runtime.update.local import Move, drop_excluded, helpful_goal, repair
 from llmbt_runtime.update.rollout import Certificate, StuckKind, rollout
 from llmbt_runtime.update.step import Step
 
@@ -62,7 +62,7 @@ def imagine(
         costs = tables.get(state)
         if costs is None:
             costs = tables[state] = h_add(domain, state, excluded=excluded, task=task)
-        mended = None if plan else cheapest_goal(tree, outcome, costs, within or tree.root, moved)
+        mended = None if plan else helpful_goal(tree, outcome, costs, within or tree.root, moved)
         if mended is None:
             mended = repair(tree, outcome, domain, costs, moved=moved, within=within)
             if mended is None:

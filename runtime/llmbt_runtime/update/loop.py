@@ -7,7 +7,7 @@ from dataclasses import replace
 from llmbt_atl.state import Domain, GroundAction
 from llmbt_ir.condition import ActionCall, Facts, Goals
 from llmbt_ir.tree import Tree, goal_tree
-from llmbt_runtime.search import OutOfBudget, Plan, Unsolvable, h_add, search
+from llmbt_runtime.search import OutOfBudget, Plan, Planner, Unsolvable, h_add, search
 from llmbt_runtime.update.chain import chain_tree
 from llmbt_runtime.update.grown import Grown, Kept
 from llmbt_runtime.update.imagine import imagine
@@ -29,6 +29,7 @@ def update(
     *,
     excluded: frozenset[ActionCall] = frozenset(),
     budget: int = 200_000,
+    planner: Planner | None = None,
 ) -> Kept | Grown | Unsolvable | OutOfBudget:
     """The tree to run from an observed state.
 
@@ -50,7 +51,7 @@ def update(
             return Grown(grown.tree, grown.certificate, prelude + grown.steps)
     spent, dead, starved = 0, list[Unsolvable](), False
     for calls, k in enumerate(order, 1):
-        found = search(domain, facts, goals[k], budget=max(0, budget - spent), excluded=excluded)
+        found = (planner or search)(domain, facts, goals[k], budget=max(0, budget - spent), excluded=excluded)
         spent += found.expansions
         if isinstance(found, Plan):
             made = _planned(tree, domain, facts, goals, k, found.actions, excluded)
