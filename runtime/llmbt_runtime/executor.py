@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from llmbt_atl.state import Domain, GroundAction, apply
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, holds, satisfied
@@ -16,11 +17,11 @@ from llmbt_ir.tree import Tree
 from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
 from llmbt_runtime.search import OutOfBudget, Unsolvable
 from llmbt_runtime.tick import NodeStatus, tick
-from llmbt_runtime.update.loop import Grown, prune, update
+from llmbt_runtime.update.loop import Grown, Kept, prune, update
 from llmbt_runtime.update.rollout import perceived
 from llmbt_runtime.world import ActionReport, Status, World, WorldLostError
 
-__all__ = ["Change", "Settings", "execute"]
+__all__ = ["Change", "Settings", "Updater", "execute"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,22 @@ class Settings:
     patience_ticks: int = 40
     settle_s: float = 0.5
     max_nodes: int = 400
+
+
+class Updater(Protocol):
+    """`llmbt_runtime.update.loop.update`, or what stands in its place."""
+
+    def __call__(
+        self,
+        tree: Tree,
+        domain: Domain,
+        facts: Facts,
+        goals: Goals,
+        *,
+        excluded: frozenset[ActionCall] = frozenset(),
+        budget: int = 200_000,
+    ) -> Kept | Grown | Unsolvable | OutOfBudget:
+        """The tree to run from an observed state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,13 +77,15 @@ def execute(
     keep: Callable[[Change], str],
     tell: Callable[[Happening], None] = lambda _: None,
     settings: Settings | None = None,
+    updater: Updater = update,
 ) -> Result:
     """Run a tree until the goals hold by the truth, or it is shown that they cannot be reached.
 
-    `keep` stores a changed tree before anything acts on it and returns the version's name; `tell` hears the story.
+    `keep` stores a changed tree before anything acts on it and returns the version's name; `tell` hears the story;
+    `updater` says what becomes of a tree (another than `update` is for comparison only).
     KeyboardInterrupt is passed on after the world was halted.
     """
-    return _Run(world, domain, tree, goals, keep, tell, settings or Settings()).run()
+    return _Run(world, domain, tree, goals, keep, tell, settings or Settings(), updater).run()
 
 
 class _Run:
@@ -81,9 +100,10 @@ class _Run:
         keep: Callable[[Change], str],
         tell: Callable[[Happening], None],
         settings: Settings,
+        updater: Updater,
     ) -> None:
         self.world, self.domain, self.tree, self.goals = world, domain, tree, goals
-        self.keep, self.tell, self.settings = keep, tell, settings
+        self.keep, self.tell, self.settings, self.updater = keep, tell, settings, updater
         self.ticks = self.updates = self.planner_calls = self.expansions = 0
         self.executed: list[Executed] = []
         self.running: tuple[str, GroundAction, float] | None = None
@@ -291,7 +311,7 @@ class _Run:
         """What the update loop says of the tree from these facts; None where it serves as it is."""
         self.domain = self.domain.for_state(facts)
         self.forgive(facts)
-        found = update(
+        found = self.updater(
             self.tree,
             self.domain,
             facts,

@@ -45,13 +45,14 @@ def update(
     *,
     excluded: frozenset[ActionCall] = frozenset(),
     budget: int = 200_000,
+    re_expand: bool = True,
 ) -> Kept | Grown | Unsolvable | OutOfBudget:
     """The tree to run from an observed state.
 
     Kept where the tree as it is reaches the goals; otherwise, for the alternatives of the goals from the cheapest on,
     the first of these that is certified: the tree grown by the local rule; grown with the actions of a plan; the goals
     alone so grown; the plan as a chain. Unsolvable is a proof from this state by these templates without the excluded
-    actions, for every alternative; OutOfBudget counts state expansions.
+    actions, for every alternative; OutOfBudget counts state expansions. `re_expand` as in `update.local.repair`.
     """
     domain = domain.for_state(facts)
     kept = rollout(tree, domain, facts, goals, excluded=excluded)
@@ -61,7 +62,8 @@ def update(
     costs = h_add(domain, facts, excluded=excluded)
     order = sorted(range(len(goals)), key=lambda k: (costs.total(goals[k]), k))
     for k in order:
-        grown = imagine(tree, domain, facts, goals, excluded=excluded, within=_branch(tree, goals, k))
+        within = _branch(tree, goals, k)
+        grown = imagine(tree, domain, facts, goals, excluded=excluded, within=within, re_expand=re_expand)
         if grown is not None:
             return Grown(grown.tree, grown.certificate, prelude + grown.steps)
     spent, dead, starved = 0, list[Unsolvable](), False
@@ -69,7 +71,7 @@ def update(
         found = search(domain, facts, goals[k], budget=max(0, budget - spent), excluded=excluded)
         spent += found.expansions
         if isinstance(found, Plan):
-            return _planned(tree, domain, facts, goals, k, found.actions, excluded, calls, spent, prelude)
+            return _planned(tree, domain, facts, goals, k, found.actions, excluded, calls, spent, prelude, re_expand)
         if isinstance(found, Unsolvable):
             dead.append(found)
         else:
@@ -92,6 +94,7 @@ def _planned(
     calls: int,
     spent: int,
     prelude: tuple[Step, ...],
+    re_expand: bool,
 ) -> Grown:
     """The most readable certified tree that a plan leads to."""
     prefer = frozenset(a.call for a in plan)
@@ -100,7 +103,9 @@ def _planned(
     starts = ((tree, prelude), (_by_plan(goals, k, plan), anew))
     for start, steps in starts if tree.has_actions() else starts[1:]:
         within = _branch(start, goals, k)
-        guided = imagine(start, domain, facts, goals, excluded=excluded, prefer=prefer, within=within)
+        guided = imagine(
+            start, domain, facts, goals, excluded=excluded, prefer=prefer, within=within, re_expand=re_expand
+        )
         if guided is not None and len(guided.certificate.actions) <= len(plan):
             return Grown(guided.tree, guided.certificate, steps + guided.steps, calls, spent)
     chain = chain_tree(goals[k], plan, 1 + sum(len(set(g)) for g in goals[:k]))
@@ -120,6 +125,7 @@ def imagine(
     excluded: frozenset[ActionCall] = frozenset(),
     prefer: frozenset[ActionCall] = frozenset(),
     within: str | None = None,
+    re_expand: bool = True,
 ) -> Grown | None:
     """Grow a tree by the local rule in the symbolic world, until it is certified from `facts`; None where the rule
     ends short of that. `within` is the branch of the alternative that is to be reached."""
@@ -139,7 +145,17 @@ def imagine(
             tree, step = dropped
         elif outcome.kind is StuckKind.FAILED:
             costs = h_add(domain, outcome.facts, excluded=excluded)
-            mended = repair(tree, outcome, domain, costs, excluded=excluded, moved=moved, prefer=prefer, within=within)
+            mended = repair(
+                tree,
+                outcome,
+                domain,
+                costs,
+                excluded=excluded,
+                moved=moved,
+                prefer=prefer,
+                within=within,
+                re_expand=re_expand,
+            )
             if mended is None:
                 return None
             tree, step, moved = mended.tree, mended.step, mended.moved | moved
