@@ -10,7 +10,7 @@ from llmbt.experiment.adversary import attack
 from llmbt.experiment.adversary_table import adversary_tables
 from llmbt.experiment.baselines_job import measured
 from llmbt.experiment.baselines_study import BaselineOrder, run_baselines, scenarios
-from llmbt.experiment.baselines_tables import baseline_tables, time_table
+from llmbt.experiment.baselines_tables import baseline_tables, time_tables
 from llmbt.experiment.cases import load_experiment
 from llmbt.experiment.scenario import Scenario, heard, open_world, tell
 from llmbt.experiment.workers import Pool
@@ -78,8 +78,9 @@ def line(method: str, number: int, good: bool, cell: str = "drop", **more) -> di
     return {
         "key": f"{cell}.{number}.{method}", "world": "symbolic", "cell": cell, "case": "c", "number": number,
         "method": method, "verdict": "success" if good else "failure", "actions": 4, "planner_calls": 1, "updates": 2,
-        "nodes": 10 + number, "changes": [[0.1, 10], [2.0, 3]],
-        "disturbances": [["drop", "x", 1.0, 2.5 if good else None]], "sim_time_s": 9.0, "planning_s": 0.002, "reason": "why", "events": [["a stone falls", "x", [], [], []]],
+        "nodes": 10 + number, "changes": [[0.1, 10], [2.0, 3]], "growth": [[0.1, 10], [2.0, 12]], "sim_time_s": 9.0,
+        "disturbances": [["drop", "x", 1.0, 2.5 if good else None]], "planning_s": 0.002, "reason": "why",
+        "events": [["a stone falls", "x", [], [], []]],
     } | more  # fmt: skip
 
 
@@ -104,7 +105,7 @@ class TestTables:
         assert ours == ("drop", "loop", "6/6", "4.0", "1.0", "2.0", "12", "3", "1.5", "0/6")
 
     def test_time_stands_apart(self):
-        assert time_table(self.lines, "symbolic").rows[1] == ("loop", "6", "2.0", "2.0")
+        assert time_tables(self.lines, ["symbolic", "bullet"])[0].rows[1] == ("loop", "6", "2.0", "2.0")
         assert not any("ms" in " ".join(t.head) for t in baseline_tables(self.lines, "symbolic"))
 
     def test_attacks(self):

@@ -114,7 +114,7 @@ def _of_cases(name: str) -> click.Command:
             print_json(dict(found.document), 0)
         else:
             click.echo("\n".join(t.markdown() for t in found.tables))
-            click.echo(f"{found.document['n']} trials; tables, figures and pages in {folder}")
+            click.echo(f"{found.header['n']} trials; tables, figures and pages in {folder}")
         return 0
 
     return run
@@ -170,5 +170,5 @@ def baselines(
         print_json(dict(found.document), 0)
     else:
         click.echo("\n".join(t.markdown() for t in (*found.tables, *found.times)))
-        click.echo(f"{found.document['n']} trials; tables, figures and pages in {folder}")
+        click.echo(f"{found.header['n']} trials; tables, figures and pages in {folder}")
     return 0

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from llmbt import __version__
 from llmbt.experiment.adversary import attack
-from llmbt.experiment.adversary_table import adversary_tables
 from llmbt.experiment.baselines_job import BaselineJob, work
-from llmbt.experiment.baselines_tables import baseline_tables, time_table
 from llmbt.experiment.cases import Case, Experiment, Request, experiment_names
-from llmbt.experiment.results import write_results
+from llmbt.experiment.results import Results, write_results
 from llmbt.experiment.scenario import ATTACKS, CELLS, Scenario, applies, right_goals, seed_of, tell
 from llmbt.experiment.study import Study, run_study
-from llmbt.experiment.tables import Table
 from llmbt.experiment.workers import Pool
 from llmbt_ir.condition import Condition
-from llmbt_ir.versions import write_atomic
 from llmbt_runtime.baselines import EXECUTORS
 from llmbt_runtime.disturbance import NAMES
 
@@ -93,15 +87,6 @@ def _pick(
     return None if found is None else (case, *found)
 
 
-@dataclass(frozen=True, slots=True)
-class Compared:
-    """The tables, those of times apart, and what `--json` prints."""
-
-    tables: tuple[Table, ...]
-    times: tuple[Table, ...]
-    document: Mapping[str, Any]
-
-
 def run_baselines(
     experiment: Experiment,
     order: BaselineOrder,
@@ -111,7 +96,7 @@ def run_baselines(
     resume: bool = False,
     force: bool = False,
     quiet: bool = False,
-) -> Compared:
+) -> Results:
     """Run what is left of the comparison in `folder`, and write its results there. Errors as `run_study`."""
     plan = tuple(scenarios(experiment, order))
     source = experiment.name if experiment.name in experiment_names() else str(Path(experiment.source).resolve())
@@ -120,6 +105,7 @@ def run_baselines(
         "schema_version": 1,
         "kind": "baselines",
         "experiment": experiment.name,
+        "source": source,
         "seed": order.seed,
         "worlds": list(order.worlds),
         "trials": order.trials,
@@ -127,13 +113,8 @@ def run_baselines(
         "methods": list(order.methods),
         "scenarios": len(plan),
         "n": len(jobs),
+        "order": [j.key for j in jobs],
         "llmbt_version": __version__,
     }
-    lines = run_study(Study(folder, header, pool, resume, force, quiet), jobs, work)
-    tables = tuple(t for world in order.worlds for t in baseline_tables(lines, world)) + adversary_tables(lines)
-    times = tuple(t for world in order.worlds if (t := time_table(lines, world)) is not None)
-    numbers = {x["key"]: x["verdict"] for x in lines}
-    write_results(folder, header, tables, numbers)
-    timing = {"tables": [t.as_json() for t in times]}
-    write_atomic(folder / "timing.json", (json.dumps(timing, indent=1, ensure_ascii=False) + "\n").encode())
-    return Compared(tables, times, {**header, "tables": [t.as_json() for t in tables], "times": timing["tables"]})
+    run_study(Study(folder, header, pool, resume, force, quiet), jobs, work)
+    return write_results(folder)

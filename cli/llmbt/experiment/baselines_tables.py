@@ -11,7 +11,7 @@ from llmbt.experiment.statistics import holm, mcnemar, median_time
 from llmbt.experiment.tables import Table, rate, share
 from llmbt_runtime.baselines import EXECUTORS, STEPS_ONLY
 
-__all__ = ["NOT_RUN", "OURS", "baseline_tables", "solved", "time_table"]
+__all__ = ["NOT_RUN", "OURS", "baseline_tables", "solved", "time_tables"]
 
 Line = Mapping[str, Any]
 OURS = "loop"
@@ -198,11 +198,14 @@ def _changed(lines: Sequence[Line]) -> str:
     return f"{median(sizes):.0f}" if sizes else "–"
 
 
-def time_table(lines: Sequence[Line], world: str) -> Table | None:
-    """CPU time spent on planning and updating: the one table that does not repeat, so it is kept apart."""
-    mine = [x for x in lines if x["world"] == world]
-    if not mine:
-        return None
+def time_tables(lines: Sequence[Line], worlds: Iterable[str]) -> tuple[Table, ...]:
+    """CPU time spent on planning and updating: the tables that do not repeat, so they are kept apart."""
+    return tuple(
+        _times([x for x in lines if x["world"] == w], w) for w in worlds if any(x["world"] == w for x in lines)
+    )
+
+
+def _times(mine: Sequence[Line], world: str) -> Table:
 
     def row(values: Callable[[Line], float], of: Sequence[Line]) -> tuple[str, str]:
         ms = sorted(1000 * values(x) for x in of)
