@@ -50,14 +50,14 @@ lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
 	.venv/bin/lint-imports
 
 .venv/.planners: .venv/.tested
-	@$(PIP) install -c constraints.txt -e '.[planners]'
+	@$(PIP) install -c constraints.txt -e '.[planners,engines]'
 	@touch $@
 
 .venv/.experiments: .venv/.tested
-	@$(PIP) install -c constraints.txt -e '.[cluster,plots,oracles]'
+	@$(PIP) install -c constraints.txt -e '.[cluster,plots]'
 	@touch $@
 
-bench: .venv/.planners ## the figures of docs/benchmarks.md, other planners beside ours
+bench: .venv/.planners ## the figures of docs/benchmarks.md, other planners and engines beside ours
 	$(PY) -m tests.bench
 
 suite: .venv/.tested ## 2,024 problems against six update rules (8 minutes); writes docs/suite.md

@@ -14,10 +14,12 @@ from typing import Protocol
 from llmbt_atl.state import Domain, GroundAction, apply
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, holds, satisfied
 from llmbt_ir.tree import Tree
+from llmbt_runtime.engine.ticker import Ticker
 from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
-from llmbt_runtime.search import OutOfBudget, Unsolvable
-from llmbt_runtime.tick import NodeStatus, tick
-from llmbt_runtime.update.loop import Grown, Kept, prune, update
+from llmbt_runtime.search import OutOfBudget, Planner, Unsolvable
+from llmbt_runtime.tick import NodeStatus
+from llmbt_runtime.update.loop import Grown, Kept, update
+from llmbt_runtime.update.prune import prune
 from llmbt_runtime.update.rollout import perceived
 from llmbt_runtime.world import ActionReport, Status, World, WorldLostError
 
@@ -51,6 +53,7 @@ class Updater(Protocol):
         *,
         excluded: frozenset[ActionCall] = frozenset(),
         budget: int = 200_000,
+        planner: Planner | None = None,
     ) -> Kept | Grown | Unsolvable | OutOfBudget:
         """The tree to run from an observed state."""
 
@@ -77,15 +80,17 @@ def execute(
     keep: Callable[[Change], str],
     tell: Callable[[Happening], None] = lambda _: None,
     settings: Settings | None = None,
+    planner: Planner | None = None,
     updater: Updater = update,
 ) -> Result:
     """Run a tree until the goals hold by the truth, or it is shown that they cannot be reached.
 
     `keep` stores a changed tree before anything acts on it and returns the version's name; `tell` hears the story;
-    `updater` says what becomes of a tree (another than `update` is for comparison only).
+    `planner` is asked in place of our own search; `updater` says what becomes of a tree (another than `update` is for
+    comparison only).
     KeyboardInterrupt is passed on after the world was halted.
     """
-    return _Run(world, domain, tree, goals, keep, tell, settings or Settings(), updater).run()
+    return _Run(world, domain, tree, goals, keep, tell, settings or Settings(), planner, updater).run()
 
 
 class _Run:
@@ -100,10 +105,12 @@ class _Run:
         keep: Callable[[Change], str],
         tell: Callable[[Happening], None],
         settings: Settings,
+        planner: Planner | None,
         updater: Updater,
     ) -> None:
         self.world, self.domain, self.tree, self.goals = world, domain, tree, goals
-        self.keep, self.tell, self.settings, self.updater = keep, tell, settings, updater
+        self.keep, self.tell, self.settings, self.planner, self.updater = keep, tell, settings, planner, updater
+        self.ticker = Ticker()
         self.ticks = self.updates = self.planner_calls = self.expansions = 0
         self.executed: list[Executed] = []
         self.running: tuple[str, GroundAction, float] | None = None
@@ -144,7 +151,7 @@ class _Run:
                 self.advance()
                 return None
             facts = self.look()
-        record = tick(self.tree, facts)
+        record = self.ticker.tick(self.tree, facts)
         if record.status is NodeStatus.SUCCESS:
             self.stop("the goals hold")
             return self.check_success()
@@ -318,13 +325,23 @@ class _Run:
             self.goals,
             excluded=frozenset(self.excluded),
             budget=max(0, self.settings.budget - self.expansions),
+            planner=self.planner,
         )
         if isinstance(found, (Grown, Unsolvable, OutOfBudget)):
             self.planner_calls += found.planner_calls if isinstance(found, Grown) else len(self.goals)
             self.expansions += found.expansions
             return found
+        self.note_deviation(facts)
         self.accept(facts)
         return None
+
+    def note_deviation(self, facts: Facts) -> None:
+        """Tell what was not predicted and needs no other tree."""
+        under_way = self.running[1].deletes if self.running else frozenset()
+        began, ended = facts - self.expected, self.expected - facts - under_way
+        if self.expected and (began or ended):
+            text = f"{self.cause(began, ended)}: the tree serves as it is"
+            self.say("deviation", text, began=[str(f) for f in sorted(began)], ended=[str(f) for f in sorted(ended)])
 
     def accept(self, facts: Facts) -> None:
         self.believed = self.expected = facts

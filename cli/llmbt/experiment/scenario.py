@@ -19,9 +19,10 @@ from llmbt_ir.diagnostics import ExitCode, LlmbtError
 from llmbt_ir.scene import to_semantic_map
 from llmbt_runtime.baselines import Limits
 from llmbt_runtime.chance import chance
-from llmbt_runtime.disturbance import applicable, draw, symbolic_events
+from llmbt_runtime.disturbance import DisturbanceSpec, applicable, draw
 from llmbt_runtime.initial import facts_of_map
 from llmbt_runtime.symbolic import Event, SymbolicWorld
+from llmbt_runtime.symbolic_disturbance import symbolic_events
 from llmbt_runtime.world import World
 
 __all__ = ["ATTACKS", "CELLS", "LIMITS", "Scenario", "applies", "heard", "open_world", "right_goals", "seed_of", "tell"]
@@ -138,14 +139,14 @@ def open_world(scenario: Scenario, case: Case) -> World:
         return _bullet(scenario, case, goals, names)
     rng = chance(scenario.seed, "world")
     there = domain.for_state(facts)
-    events = symbolic_events(names, there, facts, goals[0], rng)
+    specs = tuple(DisturbanceSpec(name) for name in names)
+    events = symbolic_events(specs, there, facts, goals[0], rng)
     rate = 0.1 if scenario.cell == "failures" else 0.0
     return SymbolicWorld(there, facts, rng, failure_rate=rate, events=events)
 
 
 def _bullet(scenario: Scenario, case: Case, goals: Goals, names: tuple[str, ...]) -> World:
     """In physics the thing or the slot that a disturbance is about is settled beforehand, too."""
-    from llmbt_runtime.bullet.disturbances import DisturbanceSpec
     from llmbt_runtime.bullet.world import BulletWorld
 
     rng = chance(scenario.seed, "targets")

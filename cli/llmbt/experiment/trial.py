@@ -127,7 +127,7 @@ def _compiled(case: Case, request: Request, folder: Path) -> dict[str, Any]:
             "codes": codes,
             "says": fault.diagnostics[0].title,
         }
-    goals = [g.condition for g in compiled.goals]
+    goals = [g.condition for g in compiled.compiled.goals]
     return told | {
         "compiled": "tree",
         "goals": [str(g) for g in goals],

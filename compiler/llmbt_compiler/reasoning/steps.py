@@ -103,12 +103,13 @@ class Steps:
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """The model asks back instead of giving steps."""
+    """The model asks back instead of giving steps. `candidates` are names that it lists apart from its words."""
 
     text: str
     start: int
     end: int
     line: int
+    candidates: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """For `steps.json`, where the reply was a question."""

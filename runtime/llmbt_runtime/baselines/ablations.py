@@ -11,12 +11,12 @@ from llmbt_ir.tree import Tree
 from llmbt_runtime.baselines.local_rule import LocalPolicy
 from llmbt_runtime.baselines.shell import Ended
 from llmbt_runtime.outcome import Outcome
-from llmbt_runtime.search import OutOfBudget, Plan, Unsolvable, h_add, search
+from llmbt_runtime.search import OutOfBudget, Plan, Planner, Unsolvable, h_add, search
 from llmbt_runtime.tick import TickRecord
 from llmbt_runtime.update.chain import chain_tree
-from llmbt_runtime.update.local import Step
 from llmbt_runtime.update.loop import Grown, Kept, update
 from llmbt_runtime.update.rollout import Certificate, rollout
+from llmbt_runtime.update.step import Step
 
 __all__ = ["UncertifiedPolicy", "chain_only", "without_re_expansion"]
 
@@ -32,6 +32,7 @@ def chain_only(
     *,
     excluded: frozenset[ActionCall] = frozenset(),
     budget: int = 200_000,
+    planner: Planner | None = None,
 ) -> Kept | Grown | Unsolvable | OutOfBudget:
     """The loop without the local rule: a tree that does not certify becomes the chain of a new plan."""
     domain = domain.for_state(facts)
@@ -42,7 +43,7 @@ def chain_only(
     dead: list[Unsolvable] = []
     starved, spent = False, 0
     for calls, k in enumerate(sorted(range(len(goals)), key=lambda k: (costs.total(goals[k]), k)), 1):
-        found = search(domain, facts, goals[k], budget=max(0, budget - spent), excluded=excluded)
+        found = (planner or search)(domain, facts, goals[k], budget=max(0, budget - spent), excluded=excluded)
         spent += found.expansions
         if isinstance(found, Plan):
             chain = chain_tree(goals[k], found.actions, 1 + sum(len(set(g)) for g in goals[:k]))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from llmbt_ir.geometry import Pose
 from llmbt_ir.scene import Camera, Scene
 from llmbt_runtime.bullet.client import BulletClient
-from llmbt_runtime.bullet.robot import load_panda
+from llmbt_runtime.bullet.robot import load_robot
 from llmbt_runtime.bullet.scene_builder import add_bodies, add_fixtures, mark_slots
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class Renderer:
         self._client = client = BulletClient()
         add_fixtures(client, scene, visible=True)
         mark_slots(client, scene)
-        self._robot = load_panda(client, scene.robot_xyz_m, scene.robot_yaw_rad, visible=True)
+        self._robot = load_robot(client, scene, visible=True).body
         self._bodies = add_bodies(client, scene, visible=True)
 
     def draw(self, snapshot: Snapshot, camera: Camera, width: int, height: int) -> NDArray[np.uint8]:
@@ -99,7 +99,8 @@ def render_png(
     """Write a picture of the world as it is now; drawn at twice the size and averaged."""
     renderer = Renderer(world.scene)
     try:
-        large = renderer.draw(world.snapshot(), camera or DEFAULT_CAMERA, 2 * width, 2 * height)
+        camera = camera or next(iter(world.scene.cameras), DEFAULT_CAMERA)
+        large = renderer.draw(world.snapshot(), camera, 2 * width, 2 * height)
     finally:
         renderer.close()
     small = large.reshape(height, 2, width, 2, 3).mean(axis=(1, 3))

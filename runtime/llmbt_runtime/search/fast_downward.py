@@ -26,14 +26,19 @@ from llmbt_runtime.search.problem import Problem, Unreachable, bits, problem_of
 from llmbt_runtime.search.shorten import shortened
 from llmbt_runtime.search.task import task_of
 
-__all__ = ["available", "search_fast_downward"]
+__all__ = ["available", "driver", "search_fast_downward"]
 
 _EXPANDED = re.compile(r"Expanded (\d+) state")
 _SOLVED, _UNSOLVABLE = 0, (11, 12)
 _OUT_OF_RESOURCES = (20, 21, 22, 23, 24)
 
 
-def _driver() -> Path | None:
+def available() -> bool:
+    """Whether Fast Downward is installed."""
+    return _script() is not None
+
+
+def _script() -> Path | None:
     spec = importlib.util.find_spec("up_fast_downward")
     if spec is None or not spec.submodule_search_locations:
         return None
@@ -41,9 +46,15 @@ def _driver() -> Path | None:
     return script if script.is_file() else None
 
 
-def available() -> bool:
-    """Whether Fast Downward is installed."""
-    return _driver() is not None
+def driver() -> Path:
+    """Fast Downward's own command. E075 where it is not installed."""
+    script = _script()
+    if script is None:
+        raise LlmbtError(
+            Diagnostic("E075", "Fast Downward is not installed", help="pip install llm-bt[planners]"),
+            exit_code=ExitCode.USAGE,
+        )
+    return script
 
 
 def search_fast_downward(
@@ -60,12 +71,7 @@ def search_fast_downward(
 
     `budget` is for the proof that a set of goals is a smallest unsolvable one. E075 where it is not installed.
     """
-    script = _driver()
-    if script is None:
-        raise LlmbtError(
-            Diagnostic("E075", "Fast Downward is not installed", help="pip install llm-bt[planners]"),
-            exit_code=ExitCode.USAGE,
-        )
+    script = driver()
     task = task_of(domain, facts)
     problem = problem_of(task, facts, goals, excluded)
     if isinstance(problem, Unreachable):
