@@ -172,7 +172,7 @@ def test_the_certificate_tells_every_predicted_state() -> None:
 
 
 def test_an_obstacle_turns_up_before_the_milk(golden: Golden) -> None:
-    """The household of section V.B, as shipped: the tree for the milk is kept, and what is before the milk goes first."""
+    """The household of section V.B, as shipped: the tree for the milk is kept, what is before the milk goes first."""
     scene = next(s for s in scenes() if s.name == "household: an obstacle turns up before the milk")
     assert scene.installed is not None
     found = update(scene.installed, scene.domain, scene.facts, scene.goals)
