@@ -71,6 +71,7 @@ def measured(scenario: Scenario, case: Case, method: str) -> dict[str, Any]:
     return {
         "verdict": "success" if verdict["success_by_truth"] else "failure",
         "outcome": found.outcome.value,
+        "blamed": [str(c) for c in found.unsolvable],
         "stuck": found.stuck,
         "reason": found.reason,
         "actions": len(found.actions),

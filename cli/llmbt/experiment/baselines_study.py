@@ -11,7 +11,7 @@ from llmbt.experiment.adversary import attack
 from llmbt.experiment.baselines_job import BaselineJob, work
 from llmbt.experiment.cases import Case, Experiment, Request, experiment_names
 from llmbt.experiment.results import Results, write_results
-from llmbt.experiment.scenario import ATTACKS, CELLS, Scenario, applies, right_goals, seed_of, tell
+from llmbt.experiment.scenario import ATTACKS, CELLS, UNSOLVABLE_CELLS, Scenario, applies, right_goals, seed_of, tell
 from llmbt.experiment.study import Study, run_study
 from llmbt.experiment.workers import Pool
 from llmbt_ir.condition import Condition
@@ -53,26 +53,26 @@ class _Rights:
 
 
 def scenarios(experiment: Experiment, order: BaselineOrder) -> Iterator[Scenario]:
-    """The scenarios: cells in turn, cases in turn within a cell, requests in turn within a case."""
+    """The scenarios: cells in turn, cases in turn within a cell, requests in turn within a case. Cells that no case can
+    meet are left out."""
     rights = _Rights(experiment)
     for world in order.worlds:
+        kinds = [c for c in (*CELLS, *UNSOLVABLE_CELLS) if _pick(experiment, rights, c, 0) is not None]
         if world == "bullet":
-            cells = [NAMES[i % len(NAMES)] for i in range(order.trials)]
+            kinds = [c for c in kinds if c in NAMES]
+            cells = [kinds[i % len(kinds)] for i in range(order.trials)]
         else:
-            cells = [c for c in CELLS for _ in range(order.trials)]
-            cells += [c for c in ATTACKS for _ in range(order.attacks)]
+            cells = [c for c in kinds for _ in range(order.trials)] + [c for c in ATTACKS for _ in range(order.attacks)]
         counts = dict.fromkeys(cells, 0)
         for cell in cells:
             number = counts[cell]
             counts[cell] += 1
             found = _pick(experiment, rights, cell, number)
-            if found is not None:
-                case, request, goals = found
-                texts = tuple(map(str, goals))
-                seed = seed_of(order.seed, world, cell, number)
-                n = ATTACKS.get(cell, 0)
-                events = tuple(map(tell, attack(case, (goals,), seed, events=n))) if n else ()
-                yield Scenario(world, cell, case.name, request.id, texts, number, seed, events)
+            assert found is not None
+            case, request, goals = found
+            seed, n = seed_of(order.seed, world, cell, number), ATTACKS.get(cell, 0)
+            events = tuple(map(tell, attack(case, (goals,), seed, events=n))) if n else ()
+            yield Scenario(world, cell, case.name, request.id, tuple(map(str, goals)), number, seed, events)
 
 
 def _pick(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import median
 from typing import Any
 
-from llmbt.experiment.scenario import CELLS, LIMITS
+from llmbt.experiment.scenario import CELLS, LIMITS, UNSOLVABLE_CELLS
 from llmbt.experiment.statistics import holm, mcnemar, median_time
 from llmbt.experiment.tables import Table, rate, share
 from llmbt_runtime.baselines import EXECUTORS, STEPS_ONLY
@@ -34,9 +34,9 @@ def solved(line: Line) -> bool:
 def baseline_tables(lines: Sequence[Line], world: str) -> tuple[Table, ...]:
     """The tables of one world; none where nothing was run in it."""
     mine = [x for x in lines if x["world"] == world and x["cell"] in CELLS]
-    if not mine:
-        return ()
-    return (_methods(world), _grid(mine, world), _paired(mine, world), _costs(mine, world))
+    never = [x for x in lines if x["world"] == world and x["cell"] in UNSOLVABLE_CELLS]
+    tables = (_methods(world), _grid(mine, world), _paired(mine, world), _costs(mine, world)) if mine else ()
+    return (*tables, _unsolvable(never, world)) if never else tables
 
 
 def _cells(lines: Iterable[Line]) -> list[str]:
@@ -178,6 +178,37 @@ def _costs(lines: Sequence[Line], world: str) -> Table:
             "the end of the run; never: of the disturbances that came about those that were not recovered from.",
         ),
     )  # fmt: skip
+
+
+def _unsolvable(lines: Sequence[Line], world: str) -> Table:
+    """Of the scenarios in which the thing did happen: a run that was over before it may rightly succeed."""
+    rows = []
+    for method in _names(lines):
+        mine = [x for x in lines if x["method"] == method and x["disturbances"]]
+        said = [x for x in mine if x["outcome"] == "UNSOLVABLE"]
+        right = [x for x in said if any(x["disturbances"][0][1] in goal for goal in x["blamed"])]
+        each = ([x for x in right if x["cell"] == c] for c in UNSOLVABLE_CELLS)
+        of = ([x for x in mine if x["cell"] == c] for c in UNSOLVABLE_CELLS)
+        rows.append(
+            (
+                method,
+                rate(len(right), len(mine)),
+                *(share(len(e), len(o)) for e, o in zip(each, of, strict=True)),
+                str(len(said) - len(right)),
+                str(sum(map(solved, mine))),
+            )
+        )
+    return Table(
+        f"{world}_unsolvable",
+        f"What cannot be done any more, {_title(world)}",
+        ("method", "says so, and why (Wilson 95 %)", *UNSOLVABLE_CELLS, "another reason", "reached all the same"),
+        tuple(rows),
+        (
+            "Right: the run ends as UNSOLVABLE and names a goal about the thing or the place in question. Counted are "
+            "the runs in which it happened. Reached all the same: by another way than the compiled goals say, where a "
+            "case leaves one open. " + "; ".join(f"{c}: {told}" for c, told in UNSOLVABLE_CELLS.items()) + ".",
+        ),
+    )
 
 
 def _mean(lines: Sequence[Line], name: str) -> str:

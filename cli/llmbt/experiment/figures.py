@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from llmbt.experiment.scenario import CELLS
 from llmbt.experiment.statistics import survival, wilson
 
 __all__ = ["Figure", "figures_of"]
@@ -57,7 +58,7 @@ def figures_of(lines: Sequence[Line], kind: str) -> tuple[Figure, ...]:
         return tuple(_paper(lines))
     found: list[Figure] = []
     for world in ("symbolic", "bullet"):
-        mine = [x for x in lines if x["world"] == world and not str(x["cell"]).endswith(("attack", "attacks"))]
+        mine = [x for x in lines if x["world"] == world and x["cell"] in CELLS]
         if mine:
             found += _baselines(mine, world)
     return tuple(found)

@@ -25,18 +25,38 @@ from llmbt_runtime.symbolic import Event, SymbolicWorld
 from llmbt_runtime.symbolic_disturbance import symbolic_events
 from llmbt_runtime.world import World
 
-__all__ = ["ATTACKS", "CELLS", "LIMITS", "Scenario", "applies", "heard", "open_world", "right_goals", "seed_of", "tell"]
+__all__ = [
+    "ATTACKS",
+    "CELLS",
+    "LIMITS",
+    "UNSOLVABLE_CELLS",
+    "Scenario",
+    "applies",
+    "heard",
+    "open_world",
+    "right_goals",
+]
+__all__ += ["seed_of", "tell"]
 
 CELLS: Mapping[str, str] = {
     "none": "nothing happens",
     "drop": "the thing in the hand falls",
     "obstacle_at_pick": "a thing turns up in the way of a thing that is still to be taken",
-    "obstacle_at_place": "a thing turns up on the slot that the held thing is to go to",
+    "obstacle_at_place": "a thing turns up where the held thing is to go",
     "placed_object_moved": "a thing that was in place is put elsewhere",
+    "object_moved": "a thing that waits is put elsewhere",
+    "base_blocked": "something stands where the robot is to drive",
+    "destination_shifted": "the place where things go is moved",
     "two": "two of these, one after the other",
     "failures": "one of these at random, and one in ten actions fails",
 }
 """The kinds of disturbance that methods are compared by."""
+
+UNSOLVABLE_CELLS: Mapping[str, str] = {
+    "object_taken": "a thing that is wanted is taken away for good",
+    "impossible": "something that nobody can move stands where a thing is to go",
+}
+"""Those after which the only right end is to say that it cannot be done, and why."""
 
 ATTACKS: Mapping[str, int] = {"one_attack": 1, "two_attacks": 2}
 """Cells of events that are searched for what breaks a method, with how many there are in one scenario."""
@@ -147,11 +167,11 @@ def open_world(scenario: Scenario, case: Case) -> World:
 
 def _bullet(scenario: Scenario, case: Case, goals: Goals, names: tuple[str, ...]) -> World:
     """In physics the thing or the slot that a disturbance is about is settled beforehand, too."""
-    from llmbt_runtime.bullet.world import BulletWorld
+    from llmbt.experiment.worlds import kept_world
 
     rng = chance(scenario.seed, "targets")
     specs = tuple(DisturbanceSpec(name, target=_target(name, goals[0], rng.integers)) for name in names)
-    return BulletWorld(case.scene, scenario.seed, disturbances=specs, goals=goals[0])
+    return kept_world(case.scene, scenario.seed, specs, goals[0])
 
 
 def _target(name: str, goals: tuple[Condition, ...], pick: Any) -> str | None:
