@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from llmbt import __version__
 from llmbt.progress import Progress
 from llmbt_atl.library import Library, load_library
 from llmbt_atl.state import Domain, domain_of
-from llmbt_ir.condition import ActionCall, Facts, Goals, parse_condition
+from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, parse_condition
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span, nearest
 from llmbt_ir.scene import Scene, to_semantic_map
 from llmbt_ir.semantic_map import write_map
@@ -23,18 +23,31 @@ from llmbt_ir.tree_xml import GoalRecord, Provenance, TreeFile, parse_tree, writ
 from llmbt_ir.versions import VersionStore, sha256, write_atomic
 from llmbt_ir.xml import read_bytes
 from llmbt_runtime.chance import chance
-from llmbt_runtime.disturbance import applicable, draw, symbolic_events
+from llmbt_runtime.disturbance import DisturbanceSpec, applicable, draw
+from llmbt_runtime.engine.drive import drive
+from llmbt_runtime.engine.program import Program
 from llmbt_runtime.executor import Settings, execute
 from llmbt_runtime.initial import facts_of_map
 from llmbt_runtime.outcome import Happening, Outcome
 from llmbt_runtime.record import RunFolder, result_document, signatures_of, write_result
+from llmbt_runtime.schedule import read_schedule
 from llmbt_runtime.symbolic import SymbolicWorld
+from llmbt_runtime.symbolic_disturbance import symbolic_events
 from llmbt_runtime.world import World
 
 if TYPE_CHECKING:
     from llmbt_atl.pddl import PddlProblem
 
-__all__ = ["Order", "execute_tree", "exit_code_of", "load_tree", "read_problem", "read_state", "solve_problem"]
+__all__ = [
+    "Order",
+    "execute_tree",
+    "exit_code_of",
+    "is_schedule",
+    "load_tree",
+    "read_problem",
+    "read_state",
+    "solve_problem",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +61,7 @@ class Order:
     budget: int = 200_000
     pictures: bool = False
     state: Path | None = None
+    update: bool = True
 
 
 def exit_code_of(outcome: Outcome) -> ExitCode:
@@ -63,29 +77,56 @@ def load_tree(data: bytes, source: str, scene: Scene) -> tuple[TreeFile, Library
     library = load_library(scene.library, beside=Path(scene.source).parent)
     file = parse_tree(data, source, signatures_of(library))
     domain = domain_of(library, to_semantic_map(scene))
+    _check_leaves(
+        ((leaf, file.line(n.id)) for n in file.tree.preorder() if (leaf := n.condition or n.action)),
+        library,
+        domain,
+        scene,
+    )
+    try:
+        goals = file.goals or goals_of(file.tree)
+    except ValueError as fault:
+        raise LlmbtError(Diagnostic("E058", str(fault), file.line(file.tree.root))) from None
+    return file, library, domain, goals
+
+
+def _check_leaves(
+    leaves: Iterable[tuple[Condition | ActionCall, Span]], library: Library, domain: Domain, scene: Scene
+) -> None:
+    """E055, E059 where a leaf names a thing that the scene does not have, or that is of the wrong type."""
     known = {**domain.types, **{b.id: b.type for b in scene.obstacles}}
     faults = []
-    for node in file.tree.preorder():
-        leaf = node.condition or node.action
-        if leaf is None:
-            continue
+    for leaf, span in leaves:
         declared = library.conditions.get(leaf.name) or library.templates[leaf.name]
         for arg, param in zip(leaf.args, declared.params, strict=True):
             close = nearest(arg, known)
             if arg not in known:
                 hint = f"did you mean {', '.join(close)}?" if close else f"see `llmbt atl show {library.name}`"
                 title = f"scene `{scene.name}` has no `{arg}`"
-                faults.append(Diagnostic("E055", title, file.line(node.id), help=hint, candidates=close))
+                faults.append(Diagnostic("E055", title, span, help=hint, candidates=close))
             elif not library.is_a(known[arg], param.type):
                 title = f"`{arg}` is of type {known[arg]}, and `{leaf.name}` takes a {param.type} as {param.name}"
-                faults.append(Diagnostic("E059", title, file.line(node.id)))
+                faults.append(Diagnostic("E059", title, span))
     if faults:
         raise LlmbtError(*faults[:10])
+
+
+def load_program(data: bytes, source: str, scene: Scene) -> tuple[Program, Library, Domain, Provenance]:
+    """Any BehaviorTree.CPP 4 file as the engine ticks it (docs/engine.md), with the library and the domain of its
+    scene, and the provenance of a tree of ours."""
+    from llmbt_ir.btcpp.document import parse_document
+    from llmbt_runtime.engine.load import program_of_document
+
+    library = load_library(scene.library, beside=Path(scene.source).parent)
+    program = program_of_document(parse_document(data, source), signatures_of(library))
     try:
-        goals = file.goals or goals_of(file.tree)
-    except ValueError as fault:
-        raise LlmbtError(Diagnostic("E058", str(fault), file.line(file.tree.root))) from None
-    return file, library, domain, goals
+        provenance = parse_tree(data, source, signatures_of(library)).provenance
+    except LlmbtError:
+        provenance = Provenance()
+    domain = domain_of(library, to_semantic_map(scene))
+    leaves = ((leaf, Span(source, n.line)) for n in program.nodes if (leaf := n.condition or n.action))
+    _check_leaves(leaves, library, domain, scene)
+    return program, library, domain, provenance
 
 
 def execute_tree(
@@ -102,18 +143,26 @@ def execute_tree(
     Writes the versions, `events.jsonl` and `result.json`, and returns the latter's content.
     """
     started = time.monotonic()
-    file, library, domain, goals = load_tree(data, source, order.scene)
+    tree: Tree | Program
+    if order.update:
+        file, library, domain, goals = load_tree(data, source, order.scene)
+        tree, provenance = file.tree, file.provenance
+    else:
+        tree, library, domain, provenance = load_program(data, source, order.scene)
+        goals = provenance.stated
+    aims = goals[0] if goals else _aims(tree, domain)
     start = facts_of_map(domain, to_semantic_map(order.scene))
-    names = draw(order.disturb, chance(order.seed, "disturb"), applicable(domain, start, goals[0]))
-    run = _run_folder(data, file, library, folder, goals)
+    specs = disturbances(order, domain, start, aims)
+    run = _run_folder(data, source, provenance, library, folder, goals)
     if not (folder / "map.xml").exists():
         write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
-    world = _world(order, domain, goals, names)
+    world = _world(order, domain, aims, specs)
     told = {
         "scene": order.scene.name,
         "world": order.world,
         "disturb": order.disturb,
-        "drawn": list(names),
+        "drawn": [s.name for s in specs],
+        **({} if order.update else {"update": False}),
         **(extra or {}),
     }
 
@@ -124,7 +173,7 @@ def execute_tree(
     return _execute(
         world,
         domain,
-        file.tree,
+        tree,
         goals,
         run,
         progress,
@@ -194,7 +243,7 @@ def _no_picture(_: str) -> None:
 def _execute(
     world: World,
     domain: Domain,
-    tree: Tree,
+    tree: Tree | Program,
     goals: Goals,
     run: RunFolder,
     progress: Progress,
@@ -216,7 +265,10 @@ def _execute(
 
     try:
         picture("start")
-        result = execute(world, domain, tree, goals, keep=run.keep, tell=tell, settings=settings)
+        if isinstance(tree, Program):
+            result = drive(world, domain, tree, goals, tell=tell, max_ticks=settings.max_ticks)
+        else:
+            result = execute(world, domain, tree, goals, keep=run.keep, tell=tell, settings=settings)
         picture("end")
         document = result_document(
             result,
@@ -236,7 +288,17 @@ def _execute(
     return document
 
 
-def _run_folder(data: bytes, file: TreeFile, library: Library, folder: Path, goals: Goals) -> RunFolder:
+def _aims(tree: Tree | Program, domain: Domain) -> tuple[Condition, ...]:
+    """What a tree that states no goals is about, for the disturbances: where its actions put things."""
+    calls = [n.action for n in tree.nodes if n.action] if isinstance(tree, Program) else []
+    adds = dict.fromkeys(c for call in calls if (a := domain.action(call)) for c in sorted(a.adds))
+    implied = {u for c in adds for u in domain.upward(c) if u != c}
+    return tuple(c for c in adds if c.name == "On" and c not in implied)
+
+
+def _run_folder(
+    data: bytes, source: str, provenance: Provenance, library: Library, folder: Path, goals: Goals
+) -> RunFolder:
     """The folder's versions: those of the compile that wrote this very tree, or this tree copied as v000."""
     store = VersionStore(folder)
     versions = store.versions()
@@ -251,11 +313,11 @@ def _run_folder(data: bytes, file: TreeFile, library: Library, folder: Path, goa
         number = 0
         record = {
             "parent": None,
-            "parent_sha256": file.provenance.parent_sha256,
-            "from": Path(file.source).name,
+            "parent_sha256": provenance.parent_sha256,
+            "from": Path(source).name,
         }
         store.append(data, record, 0)
-    told = file.provenance.goals or _goal_records(goals)
+    told = provenance.goals or _goal_records(goals)
     return RunFolder(folder, signatures_of(library), told, number, sha256(data), f"tree.v{number:03d}.xml")
 
 
@@ -264,19 +326,35 @@ def _goal_records(goals: Goals) -> tuple[GoalRecord, ...]:
     return tuple(GoalRecord(f"g{i}", g, alternative=k) for i, (k, g) in enumerate(flat, 1))
 
 
-def _world(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
+def disturbances(
+    order: Order, domain: Domain, start: Facts, aims: tuple[Condition, ...]
+) -> tuple[DisturbanceSpec, ...]:
+    """What `--disturb` asks for: names, drawn from those that apply, or a schedule in a file."""
+    if is_schedule(order.disturb):
+        known = {*domain.types, *(b.id for b in order.scene.obstacles)}
+        return read_schedule(Path(order.disturb), known, domain.library.templates)
+    names = draw(order.disturb, chance(order.seed, "disturb"), applicable(domain, start, aims))
+    return tuple(DisturbanceSpec(name) for name in names)
+
+
+def is_schedule(disturb: str) -> bool:
+    """Whether `--disturb` names a file."""
+    return disturb.endswith(".xml") or "/" in disturb
+
+
+def _world(order: Order, domain: Domain, aims: tuple[Condition, ...], specs: tuple[DisturbanceSpec, ...]) -> World:
     made: dict[str, Callable[[], World]] = {
-        "symbolic": lambda: _symbolic(order, domain, goals, names),
-        "bullet": lambda: _bullet(order, goals, names),
+        "symbolic": lambda: _symbolic(order, domain, aims, specs),
+        "bullet": lambda: _bullet(order, aims, specs),
     }
     return made[order.world]()
 
 
-def _symbolic(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
+def _symbolic(order: Order, domain: Domain, aims: tuple[Condition, ...], specs: tuple[DisturbanceSpec, ...]) -> World:
     facts = read_state(order.state) if order.state else facts_of_map(domain, to_semantic_map(order.scene))
     there = domain.for_state(facts)
     rng = chance(order.seed, "world")
-    return SymbolicWorld(there, facts, rng, events=symbolic_events(names, there, facts, goals[0], rng))
+    return SymbolicWorld(there, facts, rng, events=symbolic_events(specs, there, facts, aims, rng))
 
 
 def read_state(path: Path) -> Facts:
@@ -292,12 +370,10 @@ def read_state(path: Path) -> Facts:
     return facts
 
 
-def _bullet(order: Order, goals: Goals, names: tuple[str, ...]) -> World:
-    from llmbt_runtime.bullet.disturbances import DisturbanceSpec
+def _bullet(order: Order, aims: tuple[Condition, ...], specs: tuple[DisturbanceSpec, ...]) -> World:
     from llmbt_runtime.bullet.world import BulletWorld
 
-    specs = tuple(DisturbanceSpec(name) for name in names)
-    return BulletWorld(order.scene, order.seed, disturbances=specs, goals=goals[0])
+    return BulletWorld(order.scene, order.seed, disturbances=specs, goals=aims)
 
 
 def _picture(world: World, folder: Path, name: str) -> None:

@@ -36,7 +36,7 @@ def request_lines(run: Run) -> Iterator[str]:
     if run.result:
         known = (f"{k} {run.result[k]}" for k in ("scene", "world", "disturb", "seed") if run.result.get(k) is not None)
         yield f"run      {', '.join(known)}"
-    for goal in run.stages[0].file.provenance.goals:
+    for goal in run.stages[0].file.provenance.goals if run.grew else ():
         words = (
             f'   {goal.words.replace(": ", chr(58) + " " + chr(34), 1)}"' if ": " in goal.words else f"   {goal.words}"
         )
@@ -46,7 +46,9 @@ def request_lines(run: Run) -> Iterator[str]:
 def stage_lines(run: Run, stage: Stage, paint: Paint) -> Iterator[str]:
     """One version: when and why it was made, how, why it will work, and what happened then."""
     record, at = stage.record, run.stages.index(stage)
-    if record.get("parent") is None:
+    if not run.grew:
+        yield paint(f"{stage.name}  the tree as it was given, ticked as it stands", BOLD)
+    elif record.get("parent") is None:
         yield paint(f"{stage.name}  the goals alone, {_count(stage.tree)}", BOLD)
     else:
         when = f"tick {record.get('tick')}, {record.get('sim_time_s')} s"
@@ -188,7 +190,8 @@ def log_document(run: Run, stages: Sequence[Stage], patch: Callable[[Stage], Any
     versions = []
     for stage in stages:
         entry = {k: v for k, v in stage.record.items() if k != "schema_version"}
-        entry["nodes"] = len(stage.tree)
+        if run.grew:
+            entry["nodes"] = len(stage.tree)
         entry["events"] = [dict(e.details) for e in stage.events]
         if patch is not None and run.stages.index(stage):
             entry["patch"] = patch(stage)

@@ -1,7 +1,8 @@
 """The semantic map: what stands where in a scene, as the compiler and a person read it (paper, section IV.A).
 
 Every thing has an id, a name, a colour, a shape, a size and a pose in metres in the world frame, and the most
-specific place it stands on. Places form a forest by `parent`: a thing on a place is on each of its containers.
+specific place it stands on. Places form a forest by `parent`: a thing on a place is on each of its containers; where
+they have a surface, the map says where it is. The viewpoint is the one that "left" and "behind" are said from.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 from lxml import etree
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
-from llmbt_ir.geometry import Pose
+from llmbt_ir.geometry import Pose, Viewpoint
 from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes
 
 __all__ = ["MapObject", "MapPlace", "SemanticMap", "parse_map", "read_map", "write_map"]
@@ -38,7 +39,11 @@ class MapObject:
 
 @dataclass(frozen=True, slots=True)
 class MapPlace:
-    """A place. `type` is one of the library's place types (as slot, region, level); `buffer` allows putting aside."""
+    """A place. `type` is one of the library's place types (as slot, region, level); `buffer` allows putting aside.
+
+    `surface_m` is the centre of its horizontal surface and `size_m` the surface's extents in x and y; None where the
+    place has none of its own, or where it is not known.
+    """
 
     id: str
     name: str
@@ -46,6 +51,8 @@ class MapPlace:
     parent: str | None = None
     buffer: bool = False
     line: int = field(default=0, compare=False)
+    surface_m: tuple[float, float, float] | None = None
+    size_m: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +64,7 @@ class SemanticMap:
     objects: tuple[MapObject, ...] = ()
     places: tuple[MapPlace, ...] = ()
     source: str = field(default="map.xml", compare=False)
+    viewpoint: Viewpoint = field(default_factory=Viewpoint)
 
     def object(self, id_: str) -> MapObject | None:
         """The object with this id."""
@@ -91,6 +99,9 @@ def _numbers(values: tuple[float, ...]) -> str:
 def write_map(semantic_map: SemanticMap) -> bytes:
     """The map as canonical XML: fixed attribute order, one element a line, lengths to a tenth of a millimetre."""
     root = etree.Element("SemanticMap", scene=semantic_map.scene, library=semantic_map.library, frame="world")
+    seen_by = semantic_map.viewpoint
+    attributes = {"of": seen_by.of, "xyz_m": _numbers(seen_by.xyz_m), "yaw_rad": _numbers((seen_by.yaw_rad,))}
+    etree.SubElement(root, "Viewpoint", attributes)
     places = etree.SubElement(root, "Places")
     for p in semantic_map.places:
         node = etree.SubElement(places, "Place", id=p.id, name=p.name, type=p.type)
@@ -98,6 +109,9 @@ def write_map(semantic_map: SemanticMap) -> bytes:
             node.set("parent", p.parent)
         if p.buffer:
             node.set("buffer", "true")
+        if p.surface_m is not None:
+            node.set("surface_m", _numbers(p.surface_m))
+            node.set("size_m", _numbers(p.size_m))
     objects = etree.SubElement(root, "Objects")
     for o in semantic_map.objects:
         node = etree.SubElement(
@@ -147,6 +161,9 @@ def parse_map(data: bytes, source: str = "map.xml") -> SemanticMap:
             n.get("type", "place"),
             n.get("parent"),
             (n.get("buffer") or "").strip() in ("true", "1"),
+            line_of(n),
+            _triple(n.get("surface_m", "")) if n.get("surface_m") else None,
+            _pair(n.get("size_m", "0 0")),
         )
         for n in root.iterfind("Places/Place")
     )
@@ -189,7 +206,19 @@ def parse_map(data: bytes, source: str = "map.xml") -> SemanticMap:
             here = parent[here]
     if faults:
         raise LlmbtError(*faults)
-    return SemanticMap(root.get("scene", ""), root.get("library", ""), objects, places, source)
+    viewpoint = _viewpoint(root.find("Viewpoint"))
+    return SemanticMap(root.get("scene", ""), root.get("library", ""), objects, places, source, viewpoint)
+
+
+def _viewpoint(node: Element | None) -> Viewpoint:
+    if node is None:
+        return Viewpoint()
+    return Viewpoint(node.get("of", "robot"), _triple(node.get("xyz_m", "0 0 0")), float(node.get("yaw_rad", "0")))
+
+
+def _pair(text: str) -> tuple[float, float]:
+    x, y = (float(v) for v in text.split())
+    return x, y
 
 
 def _triple(text: str) -> tuple[float, float, float]:

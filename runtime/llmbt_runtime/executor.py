@@ -13,10 +13,12 @@ from dataclasses import dataclass
 from llmbt_atl.state import Domain, GroundAction, apply
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, holds, satisfied
 from llmbt_ir.tree import Tree
+from llmbt_runtime.engine.ticker import Ticker
 from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
 from llmbt_runtime.search import OutOfBudget, Unsolvable
-from llmbt_runtime.tick import NodeStatus, tick
-from llmbt_runtime.update.loop import Grown, prune, update
+from llmbt_runtime.tick import NodeStatus
+from llmbt_runtime.update.loop import Grown, update
+from llmbt_runtime.update.prune import prune
 from llmbt_runtime.update.rollout import perceived
 from llmbt_runtime.world import ActionReport, Status, World, WorldLostError
 
@@ -84,6 +86,7 @@ class _Run:
     ) -> None:
         self.world, self.domain, self.tree, self.goals = world, domain, tree, goals
         self.keep, self.tell, self.settings = keep, tell, settings
+        self.ticker = Ticker()
         self.ticks = self.updates = self.planner_calls = self.expansions = 0
         self.executed: list[Executed] = []
         self.running: tuple[str, GroundAction, float] | None = None
@@ -124,7 +127,7 @@ class _Run:
                 self.advance()
                 return None
             facts = self.look()
-        record = tick(self.tree, facts)
+        record = self.ticker.tick(self.tree, facts)
         if record.status is NodeStatus.SUCCESS:
             self.stop("the goals hold")
             return self.check_success()

@@ -10,7 +10,8 @@ __all__ = ["facts_of_map"]
 
 
 def facts_of_map(domain: Domain, semantic_map: SemanticMap) -> Facts:
-    """Everything stands where the map says and can be approached, the hand is empty, what holds nothing is free.
+    """Everything stands where the map says and can be approached, the hand is empty, what holds nothing is free; a
+    robot that drives is near nothing.
 
     Only conditions that the library declares are given. Slots take one thing; every other spot has room.
     """
@@ -23,8 +24,9 @@ def facts_of_map(domain: Domain, semantic_map: SemanticMap) -> Facts:
         if thing.place is not None and "On" in known:
             facts.update(domain.upward(Condition("On", (thing.id, thing.place))))
             taken.add(thing.place)
-        if "Clear" in known:
-            facts.add(Condition("Clear", (thing.id,)))
+    if "Clear" in known:
+        type_ = known["Clear"].params[0].type
+        facts.update(Condition("Clear", (thing,)) for thing in domain.by_type.get(type_, ()))
     if "Free" in known:
         type_ = known["Free"].params[0].type
         for place in domain.by_type.get(type_, ()):

@@ -13,8 +13,9 @@ import pytest
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import LlmbtError
 from llmbt_ir.scene import load_scene
-from llmbt_runtime.bullet.disturbances import DISTURBANCES, DisturbanceSpec
+from llmbt_runtime.bullet.disturbances import DISTURBANCES
 from llmbt_runtime.bullet.world import BulletWorld
+from llmbt_runtime.disturbance import DisturbanceSpec
 
 
 def _load_greedy() -> ModuleType:

@@ -51,6 +51,8 @@ def test_names_resolve(tmp_path, kind):
     assert done.returncode == 0, done.stderr
     where, names, tapes, outcome, *_ = done.stdout.splitlines()
     assert where.startswith(str(paths[0]))
-    assert names.split() == ["cargo_sorting", "cargo_swap", "cargo_sorting"]
+    *found, scene = names.split()
+    assert {"cargo_sizes", "cargo_sorting", "cargo_swap"} <= set(found)
+    assert scene == "cargo_sorting"
     assert int(tapes) >= 10
     assert outcome == "SUCCESS"

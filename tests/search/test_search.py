@@ -92,6 +92,7 @@ def test_the_compiled_actions_are_those_of_the_domain(sample: Sample) -> None:
         assert {task.facts[f] for f in op.deletes} == a.deletes
         ground = task.ground(i)
         assert (ground.call, ground.adds, ground.deletes, ground.rank) == (a.call, a.adds, a.deletes, a.rank)
+        assert (ground.start, ground.hold) == (a.start, a.hold)
 
 
 @FEW
@@ -124,8 +125,8 @@ def test_achievers_are_the_actions_that_bring_a_literal_about(sample: Sample) ->
             assert {a.call for a in domain.achievers(literal)} == set(all_)
             ranked = table.achievers(literal)
             reached = {c: a for c, a in all_.items() if table.total(dict.fromkeys(a.pre)) < inf}
-            assert {call for *_, call in ranked} == set(reached)
-            assert ranked == sorted(
+            assert all(table.action(r).call == r.call for r in ranked)
+            assert [(r.cost, r.ends, r.rank, r.call) for r in ranked] == sorted(
                 (table.total(dict.fromkeys(a.pre)), len(a.deletes), a.rank, c) for c, a in reached.items()
             )
 

@@ -20,9 +20,9 @@ from llmbt_ir.versions import VersionStore
 from llmbt_runtime.executor import Change
 from llmbt_runtime.record import RunFolder, signatures_of
 from llmbt_runtime.update.chain import chain_tree
-from llmbt_runtime.update.local import Step
 from llmbt_runtime.update.loop import Grown
 from llmbt_runtime.update.rollout import Certificate
+from llmbt_runtime.update.step import Step
 from tests.strategies import CANONICAL, canonical_cargo, cargo_library, domain_for
 
 

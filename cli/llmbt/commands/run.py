@@ -47,17 +47,21 @@ def run(
 ) -> int:
     """Compile REQUEST (- for standard input), execute its tree, and leave every version of it in DIR."""
     from llmbt.compilation import Request, compile_into
-    from llmbt.execution import Order, execute_tree
+    from llmbt.execution import Order, execute_tree, is_schedule
     from llmbt.folders import fresh_folder
     from llmbt.progress import Progress
     from llmbt_ir.scene import load_scene
     from llmbt_runtime.chance import chance
     from llmbt_runtime.disturbance import draw
+    from llmbt_runtime.schedule import read_schedule
 
     text = read_request(request_text)
     request = Request(text, scene, map_file, cassette, record, replace, base_url, model, answers, tagger, partial)
     order = Order(load_scene(scene), world, seed, disturb, budget, picture, state)
-    draw(disturb, chance(seed, "disturb"))
+    if is_schedule(disturb):
+        read_schedule(Path(disturb))
+    else:
+        draw(disturb, chance(seed, "disturb"))
     fresh_folder(folder, force=force)
     progress = Progress(quiet=quiet or as_json)
     compiled = compile_into(request, folder, progress)

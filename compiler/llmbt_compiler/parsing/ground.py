@@ -264,7 +264,7 @@ class Grounding:
         words = phrase.extent.cut(self.now.text)
         self.complain(
             "E309",
-            f"`{phrase.relation or phrase.preposition} ... {words}`: places relative to others are not understood",
+            f"`{phrase.relation or phrase.preposition} ... {words}`: this relation is not understood here",
             phrase.extent,
             "which place is meant?",
             "name the place itself",

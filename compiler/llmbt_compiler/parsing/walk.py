@@ -14,7 +14,7 @@ from itertools import pairwise
 from llmbt_atl.library import Library
 from llmbt_atl.template import Template
 from llmbt_compiler.parsing.acts import Acting
-from llmbt_compiler.parsing.clauses import Clause, Group, Phrase, clauses, told_as_placing
+from llmbt_compiler.parsing.clauses import Clause, Group, Phrase, clauses, extents, told_as_placing
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, LabelledStep, NoteKind, ParseResult
@@ -25,6 +25,7 @@ from llmbt_compiler.parsing.resolve import (
     resolve_places,
 )
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space import certainty, related
 from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
 from llmbt_compiler.parsing.words import tokens
 from llmbt_ir.condition import Condition
@@ -88,7 +89,7 @@ class _Walker(Acting):
         if len(step.text) > _LONGEST:
             self.complain("E313", f"step {step.number} is longer than {_LONGEST} characters", Extent(-1, -1))
             return
-        if step.certainty < self.threshold and step.spans:
+        if certainty(step) < self.threshold and step.spans:
             self.unsure(step)
             return
         found = clauses(told_as_placing(step))
@@ -99,9 +100,10 @@ class _Walker(Acting):
             self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
             return
         before = (self.ledger.acts, self.targets, self.place)
-        for clause in found[:_MOST]:
+        for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
             try:
-                self.clause(clause)
+                for part in related(self, clause, start, end):
+                    self.clause(part)
             except Stop:
                 continue
         if before != (self.ledger.acts, self.targets, self.place):
@@ -128,7 +130,7 @@ class _Walker(Acting):
             "E306",
             f"step {step.number} is not understood with enough certainty",
             Extent(worst.start, worst.end),
-            f"{step.certainty:.2f} is below {self.threshold:.2f}; read as {read}",
+            f"{certainty(step):.2f} is below {self.threshold:.2f}; read as {read}",
             hint + ("the step is left out" if self.partial else "say it in simpler words"),
             candidates=near,
             severity=Severity.WARNING if self.partial else Severity.ERROR,

@@ -21,9 +21,10 @@ from llmbt_ir.scene import Body, Scene, ScenePlace
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.bench import Bench
 from llmbt_runtime.bullet.bodies import BodyState, Extent, lying_at
+from llmbt_runtime.disturbance import DisturbanceSpec
 from llmbt_runtime.world import Disturbed
 
-__all__ = ["DISTURBANCES", "DisturbanceSpec", "Disturber", "Moment"]
+__all__ = ["DISTURBANCES", "Disturber", "Moment"]
 
 _T = TypeVar("_T")
 
@@ -37,19 +38,6 @@ _DROP_OFF_GOAL_M = 0.09
 _BROKEN_BY_TICKS = 4
 _MAX_DELAY_TICKS = 12
 """An obstacle comes onto a slot up to so long after the thing that is to go there was taken."""
-
-
-@dataclass(frozen=True, slots=True)
-class DisturbanceSpec:
-    """One disturbance to come. `name` is one of DISTURBANCES, `random` or `none`.
-
-    `occurrence` is the carry at which a thing is dropped, or the number of things in place (or of grasps) from which on
-    it may come, from 1; `target` the object or slot that it is about. What is None is drawn by the seed.
-    """
-
-    name: str
-    occurrence: int | None = None
-    target: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +117,8 @@ class Disturber:
             drawn = int(self.rng.integers(1, last + 1))
             drop_at = float(self.rng.uniform(*_DROP_AT))
             delay = int(self.rng.integers(0, _MAX_DELAY_TICKS + 1))
-            self._waiting.append(_Pending(name, spec.occurrence or drawn, spec.target, drop_at, delay))
+            wanted = spec.when.grasp if spec.when is not None else 0
+            self._waiting.append(_Pending(name, wanted or drawn, spec.target, drop_at, delay))
 
     # ------------------------------------------------------------------ each tick
 

@@ -15,9 +15,10 @@ from llmbt_runtime.bullet.bench import Bench
 from llmbt_runtime.bullet.camera import Snapshot
 from llmbt_runtime.bullet.client import PhysicsError
 from llmbt_runtime.bullet.conditions import Conditions, Reading
-from llmbt_runtime.bullet.disturbances import DisturbanceSpec, Disturber, Moment
+from llmbt_runtime.bullet.disturbances import Disturber, Moment
 from llmbt_runtime.bullet.reporting import Reporter, post_of
 from llmbt_runtime.bullet.skills import Skill, SkillError, Skills
+from llmbt_runtime.disturbance import DisturbanceSpec
 from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status, WorldLostError
 
 __all__ = ["BulletWorld"]

@@ -9,12 +9,29 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import inf
+from typing import NamedTuple
 
-from llmbt_atl.state import Domain
+from llmbt_atl.state import Domain, GroundAction
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_runtime.search.task import Task, task_of
 
-__all__ = ["HTable", "h_add", "relaxed_costs"]
+__all__ = ["HTable", "Ranked", "h_add", "relaxed_costs"]
+
+
+class Ranked(NamedTuple):
+    """An achiever, in the order of preference: the cost of its preconditions, how many facts it ends, its rank."""
+
+    cost: float
+    ends: int
+    rank: int
+    template: str
+    args: tuple[str, ...]
+    op: int
+
+    @property
+    def call(self) -> ActionCall:
+        """Its name and arguments."""
+        return ActionCall(self.template, self.args)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,11 +69,8 @@ class HTable:
             default=inf,
         )
 
-    def achievers(self, literal: Condition) -> list[tuple[float, int, int, ActionCall]]:
-        """What can bring a literal about, best first: cost of its preconditions, facts it deletes, rank, call.
-
-        Only what can be reached and is not excluded; nothing is grounded for it (`Domain.action` does that).
-        """
+    def achievers(self, literal: Condition) -> list[Ranked]:
+        """What can bring a literal about, best first. Only what can be reached and is not excluded."""
         i = self.task.number.get(literal.fact)
         if i is None:
             return []
@@ -67,17 +81,25 @@ class HTable:
             op = ops[a]
             cost = sum([costs[q] for q in op.pre])
             if cost != inf and p not in op.pre and a not in self._excluded:
-                found.append((cost, len(op.deletes), op.rank, op.call))
-        return sorted(found)
+                found.append(Ranked(cost, len(op.deletes), op.rank, op.template, op.args, a))
+        found.sort()
+        return found
+
+    def action(self, ranked: Ranked) -> GroundAction:
+        """The ground action of an achiever."""
+        return self.task.ground(ranked.op)
 
     def total(self, literals: Iterable[Condition]) -> float:
         """The sum over several literals: h_add of a goal or of a precondition."""
         return sum((self[c] for c in literals), start=0.0)
 
 
-def h_add(domain: Domain, facts: Facts, *, excluded: frozenset[ActionCall] = frozenset()) -> HTable:
-    """The additive heuristic of every literal from a state, without the `excluded` actions."""
-    task = task_of(domain, facts)
+def h_add(
+    domain: Domain, facts: Facts, *, excluded: frozenset[ActionCall] = frozenset(), task: Task | None = None
+) -> HTable:
+    """The additive heuristic of every literal from a state, without the `excluded` actions; over a part of the
+    domain's actions where their `task` is given."""
+    task = task or task_of(domain, facts)
     banned = task.excluded_ops(excluded) if excluded else frozenset()
     return HTable(task, facts, relaxed_costs(task, initial_literals(task, facts), banned), banned)
 

@@ -6,10 +6,11 @@ but what variables and containment imply is looked up by number, so that thousan
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
+from typing import NamedTuple
 
 from llmbt_atl.state import Domain, GroundAction
 from llmbt_atl.template import ANY, Pattern, Template
@@ -21,16 +22,18 @@ _KEY = "_llmbt_search_task"
 _Fact = tuple[int, ...]  # condition number, then thing numbers
 
 
-@dataclass(frozen=True, slots=True)
-class Op:
-    """A ground action: `pre` are literal numbers, `adds` and `deletes` fact numbers."""
+class Op(NamedTuple):
+    """A ground action: `start` and `hold` are its preconditions as literal numbers, `pre` both, each once; `adds` and
+    `deletes` are fact numbers."""
 
     template: str
     args: tuple[str, ...]
+    start: tuple[int, ...]
+    hold: tuple[int, ...]
     pre: tuple[int, ...]
     adds: tuple[int, ...]
     deletes: tuple[int, ...]
-    rank: int = 0
+    rank: int
 
     @property
     def call(self) -> ActionCall:
@@ -128,14 +131,28 @@ class Task:
         number = self.number
         return sorted(number[f] for f in facts if f in number)
 
+    @cached_property
+    def _grounded(self) -> dict[int, GroundAction]:
+        return {}
+
     def ground(self, op: int) -> GroundAction:
         """The ground action of an action number."""
-        o = self.ops[op]
-        template = self.domain.library.templates[o.template]
-        binding = dict(zip((p.name for p in template.params), o.args, strict=True))
-        ground = self.domain.ground(template, binding, o.rank)
-        assert ground is not None
-        return ground
+        known = self._grounded.get(op)
+        if known is None:
+            o, facts = self.ops[op], self.facts
+            known = self._grounded[op] = GroundAction(
+                o.call,
+                tuple([~facts[p >> 1] if p & 1 else facts[p >> 1] for p in o.start]),
+                tuple([~facts[p >> 1] if p & 1 else facts[p >> 1] for p in o.hold]),
+                frozenset([facts[f] for f in o.adds]),
+                frozenset([facts[f] for f in o.deletes]),
+                o.rank,
+            )
+        return known
+
+    def among(self, calls: Collection[ActionCall]) -> Task:
+        """The task with only those actions."""
+        return replace(self, ops=tuple([op for op in self.ops if op.call in calls]))
 
     def excluded_ops(self, excluded: Iterable[ActionCall]) -> frozenset[int]:
         """The action numbers of calls; calls without an action are passed over."""
@@ -306,6 +323,7 @@ class _Compiler:
         ):
             return
         pre_p, post_p, del_p = compiled(template.pre), compiled(template.post), compiled(template.deletes)
+        starts = len(template.start)
         innermost = {at[p.name] for p in template.params if p.innermost}
         inmost = [(c, args, i) for c, args, neg in pre_p if not neg for i in self.upward_at[c] if args[i] in innermost]
         unequal = [(at[a], at[b]) for a, b in template.unequal]
@@ -323,12 +341,14 @@ class _Compiler:
                     break
                 pre.append(2 * number + negated)
             else:
+                inner: list[int] = []
                 for c, args, i in inmost:
                     f = (c, *[values[a] if a >= 0 else ~a for a in args])
-                    pre += [
+                    inner += [
                         2 * self.fact_number((*f[: i + 1], place, *f[i + 2 :])) + 1 for place in self.inner[f[i + 1]]
                     ]
-                literals = dict.fromkeys(pre)
+                start, hold = (*pre[:starts], *inner), tuple(pre[starts:])
+                literals = dict.fromkeys(start + hold)
                 if any(p ^ 1 in literals for p in literals):
                     continue
                 post = self.effects(post_p, values)
@@ -342,6 +362,8 @@ class _Compiler:
                 yield Op(
                     template.name,
                     tuple([self.things[v] for v in values]),
+                    start,
+                    hold,
                     tuple(literals),
                     tuple(sorted(adds)),
                     tuple(sorted(deletes)),

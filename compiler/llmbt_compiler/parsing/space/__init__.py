@@ -1,0 +1,5 @@
+"""Words of space grounded in coordinates: relations, ranks and orders become ids before the walk sees them."""
+
+from llmbt_compiler.parsing.space.settling import certainty, related
+
+__all__ = ["certainty", "related"]
