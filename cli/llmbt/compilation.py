@@ -44,10 +44,18 @@ class Request:
     partial: bool = False
     stop_after: str | None = None
     start_from: str | None = None
+    recognise: bool = False
 
 
-def scene_map(scene: str, map_file: Path | None = None) -> SemanticMap:
-    """The scene's own map, or the one in a file."""
+def scene_map(scene: str, map_file: Path | None = None, *, recognise: bool = False) -> SemanticMap:
+    """The scene's own map, the one in a file, or one recognised from the scene's cameras. E012 for both of these."""
+    if map_file is not None and recognise:
+        fault = Diagnostic("E012", "--map and --recognise are two maps", help="give one of them")
+        raise LlmbtError(fault, exit_code=ExitCode.USAGE)
+    if recognise:
+        from llmbt.vision import map_of_start
+
+        return map_of_start(load_scene(scene))
     return read_map(map_file) if map_file is not None else to_semantic_map(load_scene(scene))
 
 
@@ -55,7 +63,7 @@ def compile_into(request: Request, folder: Path, progress: Progress) -> Compiled
     """Run the stages and write their artifacts into `folder`; the tree only once everything before it is right and
     the goals are shown to be reachable from what the map says. LlmbtError otherwise."""
     scene = load_scene(request.scene)
-    semantic_map = scene_map(request.scene, request.map_file)
+    semantic_map = scene_map(request.scene, request.map_file, recognise=request.recognise)
     library = load_library(scene.library, beside=Path(scene.source).parent)
     domain = domain_of(library, semantic_map)
     context = Context(

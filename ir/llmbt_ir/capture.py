@@ -54,11 +54,13 @@ class Gripper:
 @dataclass(frozen=True, slots=True, eq=False)
 class Capture:
     """A cloud from all cameras, and what the robot knows of itself. `robot`: the vertices (M x 3) of each link, whose
-    convex hull encloses it."""
+    convex hull encloses it; none where the robot's joints are not known. `coloured`: whether the cloud's colours mean
+    something."""
 
     cloud: PointCloud
     robot: tuple[Points, ...] = field(default=())
     gripper: Gripper | None = None
+    coloured: bool = True
 
 
 def capture_json(capture: Capture, clouds: tuple[str, ...]) -> dict[str, Any]:

@@ -18,9 +18,11 @@ from llmbt_ir.scene import Body, Camera, Scene, load_scene
 from llmbt_runtime.bullet.camera import Snapshot
 from llmbt_runtime.bullet.robot import REST_Q
 
-__all__ = ["DEVELOPMENT", "Kit", "Staged", "stage"]
+__all__ = ["DEVELOPMENT", "HARDER", "REST", "Kit", "Staged", "stage"]
 
 Range = tuple[float, float]
+REST = (*(float(q) for q in REST_Q), 0.0, 0.0, 0.04, 0.04, 0.0)
+"""The robot's joints before a run."""
 SHAPES = ("box", "cube", "cylinder", "sphere")
 
 
@@ -57,6 +59,33 @@ CSS = {
 }
 DEVELOPMENT = Kit(
     CSS, (0.035, 0.06), (0.035, 0.10), ((60, 110), (150, 210), (240, 300)), (1.1, 1.4), (1.0, 1.3), (42, 48)
+)
+
+PAINTS = {
+    "red": ("a72920", "9b2423", "8d1d2c", "c1121c", "b32821"),
+    "green": ("327662", "0f4336", "61993b", "008351", "008754", "00b51a"),
+    "blue": ("13447c", "0b4a80", "005387", "2271b3", "0e518d", "004f7c"),
+    "yellow": ("f6b600", "f7b500", "fcbd1f", "f3a505"),
+    "orange": ("dd7907", "be4e20", "e55137", "f46f29"),
+    "purple": ("6d3f5b", "7c4d7f", "844c82", "a03472"),
+    "pink": ("d8a0a6", "d36e70", "e1a6ad"),
+    "brown": ("7e4b26", "7b5141", "8f4e35", "59351f", "45322e"),
+    "black": ("0a0a0d", "131516"),
+    "white": ("fcfcff", "ecece7", "f1ede1"),
+    "grey": ("78858b", "8b9298", "7f7679", "6f7c7c", "9b9b9b", "8d948d"),
+}
+"""After a paint maker's chart (RAL Classic), by hand and approximately; several are on a border between two terms."""
+HARDER = Kit(
+    {term: (*CSS[term], *PAINTS[term]) for term in CSS},
+    (0.028, 0.072),
+    (0.03, 0.13),
+    ((40, 130), (135, 230), (235, 320)),
+    (1.0, 1.6),
+    (0.9, 1.5),
+    (40, 55),
+    touching=0.4,
+    lying=0.25,
+    undeclared=0.25,
 )
 
 
@@ -125,8 +154,7 @@ def stage(kit: Kit, seed: int) -> Staged:
 
     def add(shape: str, size: Vec3, pose: Pose, term: str, hex_: str) -> None:
         id_ = f"object_{len(bodies) + 1}"
-        word = term if term != "grey" else "grey"
-        bodies.append(Body(id_, f"{term} {shape}", "object", word, shape, size, pose=pose))
+        bodies.append(Body(id_, f"{term} {shape}", "object", term, shape, size, pose=pose))
         paint[id_] = (int(hex_[:2], 16) / 255, int(hex_[2:4], 16) / 255, int(hex_[4:], 16) / 255)
         terms[id_] = term
 
@@ -161,8 +189,7 @@ def stage(kit: Kit, seed: int) -> Staged:
     cameras = tuple(_camera(kit, rng, k, sector) for k, sector in enumerate(kit.cameras))
     truth = replace(base, objects=tuple(bodies), obstacles=(), cameras=cameras)
     declared = tuple(replace(b, pose=None) for b in bodies if b.id in touching or rng.random() >= kit.undeclared)
-    joints = (*REST_Q, 0.0, 0.0, 0.04, 0.04, 0.0)
-    snapshot = Snapshot(tuple(float(q) for q in joints), {b.id: b.pose for b in bodies if b.pose is not None})
+    snapshot = Snapshot(REST, {b.id: b.pose for b in bodies if b.pose is not None})
     return Staged(truth, replace(truth, objects=declared), paint, terms, snapshot, frozenset(touching))
 
 

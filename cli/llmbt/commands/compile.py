@@ -28,6 +28,7 @@ def compile_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--base-url", default="", envvar="LLMBT_BASE_URL", help="An OpenAI-compatible endpoint."),
         click.option("--record", is_flag=True, help="Ask a model (key from OPENAI_API_KEY) and record it."),
         click.option("--cassette", type=path, default=None, help="A recording, or a folder of them."),
+        click.option("--recognise", is_flag=True, help="A semantic map recognised from the scene's cameras."),
         click.option("--map", "map_file", type=path, default=None, help="A semantic map in place of the scene's own."),
     ):
         command = option(command)
@@ -54,6 +55,7 @@ def compile_(
     scene: str,
     folder: Path | None,
     map_file: Path | None,
+    recognise: bool,
     cassette: Path | None,
     record: bool,
     base_url: str,
@@ -94,6 +96,7 @@ def compile_(
         partial,
         stop_after,
         start_from,
+        recognise,
     )
     with tempfile.TemporaryDirectory() as scratch:
         into = folder or Path(scratch)

@@ -27,6 +27,7 @@ def run(
     scene: str,
     folder: Path,
     map_file: Path | None,
+    recognise: bool,
     cassette: Path | None,
     record: bool,
     base_url: str,
@@ -56,7 +57,20 @@ def run(
     from llmbt_runtime.schedule import read_schedule
 
     text = read_request(request_text)
-    request = Request(text, scene, map_file, cassette, record, replace, base_url, model, answers, tagger, partial)
+    request = Request(
+        text,
+        scene,
+        map_file,
+        cassette,
+        record,
+        replace,
+        base_url,
+        model,
+        answers,
+        tagger,
+        partial,
+        recognise=recognise,
+    )
     order = Order(load_scene(scene), world, seed, disturb, budget, picture, state)
     if is_schedule(disturb):
         read_schedule(Path(disturb))

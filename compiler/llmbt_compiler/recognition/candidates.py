@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 OTHER_COLOUR = 25.0
 """Of this distance in CIELAB on, a thing has another colour than it is declared to have."""
-_SOME = 0.1
+_QUITE_ANOTHER, _SOME = 45.0, 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,20 +64,21 @@ def candidates(scene: Scene, previous: SemanticMap | None) -> tuple[Candidate, .
 
 
 def colour_off(candidate: Candidate, rgb: Array, term: str) -> float:
-    """How far a colour is from the declared one: not at all where people use the same word for both."""
+    """How far a colour is from the declared one: not at all where people use the same word for both, or where no colour
+    was seen."""
     declared = COLOURS.get(candidate.colour)
-    if declared is None or term in (candidate.colour, term_of(np.array(declared))):
+    if declared is None or not term or term in (candidate.colour, term_of(np.array(declared))):
         return 0.0
     return float(colour_distances(np.array(declared), rgb[None])[0])
 
 
 def may_be_in(candidate: Candidate, rgb: Array) -> bool:
-    """Whether some of the points of a cluster (N x 3, sRGB), a tenth or more, have a candidate's colour."""
+    """Whether some of the points of a cluster (N x 3, sRGB), a tenth or more, are not of quite another colour."""
     declared = COLOURS.get(candidate.colour)
     if declared is None:
         return True
     few = rgb[:: max(1, len(rgb) // 200)]
-    if float((colour_distances(np.array(declared), few) < OTHER_COLOUR).mean()) >= _SOME:
+    if float((colour_distances(np.array(declared), few) < _QUITE_ANOTHER).mean()) >= _SOME:
         return True
     lit = lit_colour(few)
     return colour_off(candidate, lit, term_of(lit)) == 0.0

@@ -1,8 +1,9 @@
-"""Colours as people name them: the eleven basic terms, by the nearest known example in CIELAB."""
+"""Colours as people name them: the eleven basic terms, by the nearest known examples in CIELAB."""
 
 from __future__ import annotations
 
 import importlib.resources
+import math
 from functools import cache
 
 import numpy as np
@@ -12,8 +13,9 @@ __all__ = ["colour_distances", "lab_of", "lit_colour", "term_of"]
 
 Array = NDArray[np.float64]
 
-_BLACK_TO, _WHITE_FROM = 40, 215
-"""Of the neutral axis (0 to 255)."""
+_NEUTRAL, _BLACK_TO, _WHITE_FROM = 8.0, 15.0, 85.0
+"""Below this chroma a colour is black, grey or white, by its lightness."""
+_VOTES = 3
 _LIGHTNESS_WEIGHT = 0.5
 """Of a difference in lightness between a thing and what it is declared as: how light it looks depends on the lamp."""
 _TO_XYZ = np.array(
@@ -36,17 +38,21 @@ def _examples() -> tuple[tuple[str, ...], Array]:
     text = (importlib.resources.files("llmbt_compiler.recognition") / "colour_terms.txt").read_text("ascii")
     rows = [line.split() for line in text.splitlines() if not line.startswith("#")]
     hexes = [(term, bytes.fromhex(h)) for term, *several in rows for h in several]
-    hexes += [
-        ("black" if v <= _BLACK_TO else "white" if v >= _WHITE_FROM else "grey", bytes((v, v, v)))
-        for v in range(0, 256, 3)
-    ]
     return tuple(term for term, _ in hexes), lab_of(np.array([list(h) for _, h in hexes]) / 255)
 
 
 def term_of(rgb: Array) -> str:
-    """The basic term for a colour (3 numbers, sRGB in [0, 1])."""
+    """The basic term for a colour (3 numbers, sRGB in [0, 1]): that of most of the three nearest examples, the nearer
+    the more; black, grey or white where it has next to no chroma."""
+    lab = lab_of(rgb[None])[0]
+    if math.hypot(lab[1], lab[2]) < _NEUTRAL:
+        return "black" if lab[0] < _BLACK_TO else "white" if lab[0] >= _WHITE_FROM else "grey"
     terms, labs = _examples()
-    return terms[int(np.argmin(np.linalg.norm(labs - lab_of(rgb[None]), axis=1)))]
+    off = np.linalg.norm(labs - lab, axis=1)
+    votes: dict[str, float] = {}
+    for k in np.argsort(off, kind="stable")[:_VOTES].tolist():
+        votes[terms[k]] = votes.get(terms[k], 0.0) + 1 / (off[k] + 1)
+    return max(votes, key=lambda term: votes[term])
 
 
 def lit_colour(rgb: Array) -> Array:

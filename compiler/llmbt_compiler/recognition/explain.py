@@ -15,20 +15,29 @@ __all__ = ["explain", "mismatch"]
 
 Array = NDArray[np.float64]
 
-_HEIGHT_M = 0.006
 _MISMATCH_M = 0.007
-"""Measured and known sizes differ by less than this in every direction, or the thing is another one."""
+"""Measured sizes exceed the known ones by less than this, or the thing is another one."""
+_HIDDEN = 0.35
+"""So much of an extent may be hidden behind other things."""
 _TAIL_M = 0.0045
+_WORSE, _SLACK_M = 1.5, 0.0005
+"""How much worse than the measured solid a known one may explain the points."""
 _PER_MISMATCH = 0.25
 _OTHER_KIND_M = 0.001
 
 
-def mismatch(measured: Fit, geometry: Geometry, upright: Upright) -> float:
-    """The largest difference between measured and known extents, footprints turned to agree best."""
+def mismatch(measured: Fit, upright: Upright) -> float:
+    """The largest difference between measured and known extents, footprints turned to agree best; infinite where they
+    cannot be of one thing: what is seen is larger, or much less, or of another height."""
     a, b, h = _extents(measured)
     x, y, z = upright.extents_m
-    flat = min(max(abs(a - x), abs(b - y)), max(abs(a - y), abs(b - x)))
-    return max(flat, abs(h - z)) if geometry.kind is not Kind.SPHERE else abs(h - z)
+    best = math.inf
+    for flat in ((a - x, b - y), (a - y, b - x)):
+        off = (*flat, h - z)
+        if max(off) <= _MISMATCH_M and abs(h - z) <= _MISMATCH_M:
+            hidden = all(-d <= max(_MISMATCH_M, _HIDDEN * e) for d, e in zip(flat, (x, y), strict=True))
+            best = min(best, max(abs(d) for d in off)) if hidden else best
+    return best
 
 
 def _extents(measured: Fit) -> tuple[float, float, float]:
@@ -48,12 +57,12 @@ def explain(points: Array, measured: Fit, support_m: float | None, known: Iterab
     for geometry in known:
         other = _OTHER_KIND_M if geometry.kind is not measured.geometry.kind else 0.0
         for way in orientations(geometry):
-            off = mismatch(measured, geometry, way)
-            if off > _MISMATCH_M:
+            off = mismatch(measured, way)
+            if math.isinf(off):
                 continue
             here = _fit_here(points, measured, support_m, geometry, way)
             score = here.off_m + _PER_MISMATCH * off + other
-            if here.tail_m <= _TAIL_M and (geometry not in found or score < found[geometry][0]):
+            if here.tail_m <= _TAIL_M and here.off_m <= _WORSE * measured.off_m + _SLACK_M and (geometry not in found or score < found[geometry][0]):
                 found[geometry] = score, here
     return [f for _, f in sorted(found.values(), key=lambda f: (f[0], f[1].geometry.kind, f[1].geometry.size_m))]
 
@@ -65,6 +74,7 @@ def _fit_here(points: Array, measured: Fit, support_m: float | None, geometry: G
     half = way.extents_m[2] / 2
     z = support_m + half if support_m is not None else top_of(points) - half
     free = (0, 1, 3) if support_m is not None else (0, 1, 2, 3)
-    yaws = (yaw,) if math.isclose(way.extents_m[0], way.extents_m[1]) else (yaw, yaw + math.pi / 2)
+    alike = geometry.kind is Kind.BOX and math.isclose(way.extents_m[0], way.extents_m[1])
+    yaws = (yaw,) if alike else (yaw, yaw + math.pi / 2)
     fits = [fit(geometry, way, np.array([x, y, z, a]), points, free=free) for a in yaws]
     return min(fits, key=lambda f: f.off_m)

@@ -20,6 +20,7 @@ _NO_POSITION_M = 0.5
 _UNLIKELY = 1.0
 """Of a parked obstacle, against a thing that the scene has in play."""
 _LEFT_OVER = 60.0
+_CUBE = 0.88
 
 
 def identify(seen: Sequence[Detection], known: Sequence[Candidate]) -> list[tuple[Fit, Candidate | None]]:
@@ -64,4 +65,4 @@ def shape_word(geometry: Geometry) -> str:
     """What a measured solid is called: a box of equal sides is a cube."""
     if geometry.kind is not Kind.BOX:
         return geometry.kind.value
-    return "cube" if max(geometry.size_m) - min(geometry.size_m) < 0.004 else "box"
+    return "cube" if min(geometry.size_m) > _CUBE * max(geometry.size_m) else "box"

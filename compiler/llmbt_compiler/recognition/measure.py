@@ -16,15 +16,17 @@ __all__ = ["Footprint", "footprint", "measure", "support_under", "top_of"]
 
 Array = NDArray[np.float64]
 
-_REACHES_DOWN_M = 0.02
+_REACHES_DOWN_M = 0.04
+"""A round thing hides the lower half of itself."""
 _LEAST_M, _MOST_M = 0.004, 0.3
 _TOP_BAND_M = 0.004
 _SIDE_BAND_M = 0.006
 _SIDE_POINTS = 12
 _MOST_POINTS = 500
 _HALF_VOXEL_M = 0.0015
-_ROUND_BETTER = 0.8
-"""A round solid has to explain a cluster this much better than a box does."""
+_ROUND_UP_TO = 1.05
+"""A round solid is it unless a box explains the cluster so much better: of a round thing, 0.8 at most has been seen, of
+a box 1.4 at least (development scenes)."""
 
 
 def support_under(points: Array, scene: Scene) -> float | None:
@@ -85,7 +87,7 @@ def measure(points: Array, support_m: float | None) -> Fit:
     found += [f for f in (_standing(points, bottom, height), _lying(points, bottom), _ball(points)) if f is not None]
     box, *round_ = found
     best = min(round_, key=lambda f: f.off_m, default=box)
-    return best if best.off_m < _ROUND_BETTER * box.off_m else box
+    return best if best.off_m < _ROUND_UP_TO * box.off_m else box
 
 
 def _box(points: Array, bottom: float, height: float) -> Fit:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 from functools import cache
 from typing import Any
 
@@ -17,6 +18,7 @@ SEED = 0
 @cache
 def open3d() -> Any:
     """The module; E400 where it cannot be loaded, with how to mend it."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # with more, RANSAC's draws come in another order each time
     try:
         import libusb_package
 

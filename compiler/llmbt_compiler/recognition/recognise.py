@@ -13,12 +13,12 @@ import numpy as np
 from llmbt_compiler.recognition import segment
 from llmbt_compiler.recognition.candidates import Candidate, candidates
 from llmbt_compiler.recognition.cluster import clusters
-from llmbt_compiler.recognition.detect import Detection, detect
+from llmbt_compiler.recognition.detect import Detection, detect, without_fragments
 from llmbt_compiler.recognition.identity import identify, shape_word
 from llmbt_compiler.recognition.open3d import SEED, open3d
 from llmbt_compiler.recognition.solids import Fit, Geometry, Kind, quat_of, yaw_matrix
 from llmbt_ir.capture import Capture, PointCloud
-from llmbt_ir.geometry import Pose, Vec3
+from llmbt_ir.geometry import Pose
 from llmbt_ir.scene import Scene, to_semantic_map
 from llmbt_ir.semantic_map import MapObject, SemanticMap
 
@@ -70,7 +70,8 @@ def detections(
     found = clusters(cloud)
     observe("cluster", time.perf_counter() - clock)
     clock = time.perf_counter()
-    seen = [d for c in found for d in detect(c, scene, known, capture.gripper)]
+    seen = [d for c in found for d in detect(c, scene, known, capture)]
+    seen = without_fragments(seen)
     observe("detect", time.perf_counter() - clock)
     return seen
 
@@ -88,10 +89,11 @@ def _objects(
     rows = []
     for d, (fit, match) in zip(seen, named, strict=True):
         word = shape_word(fit.geometry)
-        who = match or Candidate(next(fresh), f"{d.term} {word}", "obstacle", d.term, word, fit.geometry)
+        who = match or Candidate(next(fresh), f"{d.term} {word}".strip(), "obstacle", d.term, word, fit.geometry)
         place = None if d.held or not fit.level else _place(scene, fit)
-        size = _rounded(who.geometry.size_m)
-        thing = MapObject(who.id, who.name, who.colour, who.shape, size, _canonical(fit), place, who.type, held=d.held)
+        x, y, z = _rounded(who.geometry.size_m)
+        pose = _canonical(fit)
+        thing = MapObject(who.id, who.name, who.colour, who.shape, (x, y, z), pose, place, who.type, held=d.held)
         rows.append((order.get(who.id, len(order)), thing))
     return tuple(thing for _, thing in sorted(rows, key=lambda r: r[0]))
 
@@ -104,17 +106,18 @@ def _place(scene: Scene, fit: Fit) -> str | None:
     return scene.most_specific(x, y, z - half)
 
 
-def _rounded(size: Vec3) -> Vec3:
-    x, y, z = (round(v, 4) for v in size)
-    return x, y, z
+def _rounded(values: tuple[float, ...]) -> tuple[float, ...]:
+    """To a hundredth of a millimetre: sums over threads differ in their last bits."""
+    return tuple(round(v, 5) for v in values)
 
 
 def _canonical(fit: Fit) -> Pose:
     """The pose of those that look alike with the least turn: a box may be turned by half, a square one by a quarter, a
     round one by anything."""
     rotation = fit.rotation
+    x, y, z = _rounded(fit.xyz_m)
     if fit.geometry.kind is Kind.SPHERE:
-        return Pose(fit.xyz_m)
+        return Pose((x, y, z))
     turns = (
         [yaw_matrix(k * math.pi / 2) for k in range(4)]
         if _square(fit.geometry)
@@ -125,7 +128,8 @@ def _canonical(fit: Fit) -> Pose:
         turns = [yaw_matrix(back), yaw_matrix(back + math.pi)]
     flips = [np.eye(3), np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0])]
     alike = [rotation @ f @ t for f in flips[: 1 if rotation[2, 2] > 0.99 else 3] for t in turns]
-    return Pose(fit.xyz_m, quat_of(max(alike, key=lambda r: round(float(np.trace(r)), 6))))
+    qx, qy, qz, qw = _rounded(quat_of(max(alike, key=lambda r: round(float(np.trace(r)), 6))))
+    return Pose((x, y, z), (qx, qy, qz, qw))
 
 
 def _square(geometry: Geometry) -> bool:

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 _HUBER_M = 0.003
 _ROUNDS = 12
+_STILL = 5e-5
 _MOST_POINTS = 350
 
 
@@ -145,7 +146,7 @@ def fit(geometry: Geometry, upright: Upright, start: Array, points: Array, *, fr
         step = -np.linalg.solve(normal, slopes.T @ (weights * r))
         for k, i in enumerate(free):
             pose[i] += np.clip(step[k], *((-0.3, 0.3) if i == 3 else (-0.02, 0.02)))
-        if np.abs(step).max() < 2e-5:
+        if np.abs(step).max() < _STILL:
             break
     return Fit.at(geometry, pose[:3], yaw_matrix(pose[3]) @ turn, few, level=True)
 

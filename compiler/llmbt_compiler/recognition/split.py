@@ -31,13 +31,16 @@ _HEIGHT_M = 0.007
 _MOST_PARTS = 4
 _LEAST_PART = 40
 _LEFT_OVER, _NEARLY_ALL = 0.05, 0.25
-_TRIED, _KEPT = 16, 6
+_TRIED, _KEPT = 12, 5
 _TAIL_M, _DEEP_PART = 0.0035, 0.02
+_FAR_M, _FAR_PART = 0.005, 0.02
 _BARE_PART = 0.4
-_SETTLED = 4
+_SETTLED, _ROUNDS = 4, 8
+_EXCELLENT = 0.02
+"""A way that leaves so little unexplained is it, if it is sound."""
 _ALIKE_M = 0.01
 """Beginnings that are nearer to each other than this, and stand alike, count as one."""
-_FEW = 300
+_FEW = 200
 
 
 def split(points: Array, support_m: float | None, stock: Mapping[Geometry, int]) -> list[Part]:
@@ -49,8 +52,14 @@ def split(points: Array, support_m: float | None, stock: Mapping[Geometry, int])
     least = sorted(_area(g) for g, n in stock.items() for _ in range(min(n, 2)))[:2]
     if support_m is None or hull is None or len(least) < 2 or hull.volume < 0.8 * sum(least):
         return []
-    ways = sorted(_search(points, np.arange(len(points)), support_m, Counter(stock), ()), key=lambda w: w[0])
-    settled = (_settled(points, solids, support_m) for _, solids in ways[:_SETTLED])
+    others: list[tuple[int, tuple[Fit, ...]]] = []
+    for left, solids in _search(points, np.arange(len(points)), support_m, Counter(stock), ()):
+        found = _settled(points, solids, support_m) if left <= _EXCELLENT * len(points) else []
+        if found:
+            return found
+        others.append((left, solids))
+    others.sort(key=lambda w: w[0])
+    settled = (_settled(points, solids, support_m) for _, solids in others[:_SETTLED])
     return min((s for s in settled if s), key=lambda s: (len(s), _off(points, s)), default=[])
 
 
@@ -92,14 +101,19 @@ def _search(
 def _settled(points: Array, solids: tuple[Fit, ...], support_m: float) -> list[Part]:
     """Each solid fitted to the points that are nearest to it; nothing if that is no good."""
     now = list(solids)
-    for _ in range(3):
+    before: Indices = np.zeros(0, dtype=np.int64)
+    for _ in range(_ROUNDS):
         nearest = np.argmin([np.abs(s.off(points)) for s in now], axis=0)
         if any((nearest == k).sum() < _LEAST_PART for k in range(len(now))):
             return []
+        if np.array_equal(nearest, before):
+            break
+        before = nearest
         now = [_again(s, points[nearest == k], support_m) for k, s in enumerate(now)]
     every = np.stack([s.off(points) for s in now])
     deep = float((every < -_INSIDE_M).any(axis=0).mean())
-    if np.percentile(np.abs(every).min(axis=0), 90) > _TAIL_M or deep > _DEEP_PART:
+    off = np.abs(every).min(axis=0)
+    if np.percentile(off, 90) > _TAIL_M or (off > _FAR_M).mean() > _FAR_PART or deep > _DEEP_PART:
         return []
     if any(_into(a, b) or _into(b, a) for a, b in itertools.combinations(now, 2)):
         return []

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from llmbt_ir.geometry import Pose, Vec3
 from llmbt_ir.scene import Camera, Scene
 from llmbt_runtime.bullet.client import BulletClient
-from llmbt_runtime.bullet.robot import load_panda
+from llmbt_runtime.bullet.robot import TIP, load_panda
 from llmbt_runtime.bullet.scene_builder import add_bodies, add_fixtures, mark_slots
 from llmbt_runtime.perception.rgbd import RgbdImage
 
@@ -139,6 +139,13 @@ class DepthCameras:
             turn = np.reshape(client.getMatrixFromQuaternion(quat), (3, 3))
             found.append(vertices @ turn.T + np.asarray(xyz))
         return tuple(found)
+
+    def tip(self, joints: tuple[float, ...]) -> Pose:
+        """Where the fingers meet, by the joints."""
+        self._shadow.set(Snapshot(joints, {}))
+        client, robot = self._shadow.client, self._shadow.robot
+        xyz, quat = client.getLinkState(robot, TIP, computeForwardKinematics=1)[4:6]
+        return Pose(tuple(xyz), tuple(quat))
 
     def close(self) -> None:
         """Disconnect."""

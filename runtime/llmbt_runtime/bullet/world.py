@@ -17,6 +17,7 @@ from llmbt_runtime.bullet.client import PhysicsError
 from llmbt_runtime.bullet.conditions import Conditions, Reading
 from llmbt_runtime.bullet.disturbances import Disturber, Moment
 from llmbt_runtime.bullet.reporting import Reporter, post_of
+from llmbt_runtime.bullet.sensors import BulletSensors
 from llmbt_runtime.bullet.skills import Skill, SkillError, Skills
 from llmbt_runtime.disturbance import DisturbanceSpec
 from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status, WorldLostError
@@ -188,6 +189,10 @@ class BulletWorld:
         """What a renderer needs."""
         poses = {id_: s.pose for id_, s in self._bench.sensed.states.items()}
         return Snapshot(self._bench.panda.all_joints(), poses)
+
+    def sensors(self, noise_m: float, rng: np.random.Generator) -> BulletSensors:
+        """What the robot senses with; to be closed by whoever asks."""
+        return BulletSensors(self.scene, self._bench, noise_m, rng)
 
     def disturbances(self) -> tuple[Disturbed, ...]:
         """What has disturbed the world so far."""
