@@ -304,6 +304,8 @@ class Acting(Grounding):
         if at is None or not lexicon().is_(after[at + 1].text, "from", "at", "inner") or after[at].end < end - 40:
             return None
         words = tuple(takewhile(lambda t: t.word or t.number is not None, after[at + 2 :]))
+        if {"left", "right", "front", "back"} & {t.text for t in words[:3]}:
+            return None  # an end of a row: its order has been read
         for length in range(min(len(words), 6), 0, -1):
             found = resolve_places(words[:length], self.scene, self.talk())
             if isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:

@@ -33,14 +33,10 @@ _KEYS = tuple(
         (_UNKNOWN, r"(?:by|according\s+to)\s+(?:their\s+)?(?:colou?r|shape|weight|mass|kind|type|price|age|width)s?"),
     )
 )
+_STARTING = r"(?:starting|beginning)\s+(?:on|at|from|with)\s+the\s+(?:far\s+)?"
 _DIRECTIONS = tuple(
-    (name, _words(rf"{name}{rest}"))
-    for name, rest in (
-        ("left", r"\s+to\s+(?:the\s+)?right"),
-        ("right", r"\s+to\s+(?:the\s+)?left"),
-        ("front", r"\s+to\s+(?:the\s+)?back"),
-        ("back", r"\s+to\s+(?:the\s+)?front"),
-    )
+    (name, _words(rf"{name}\s+to\s+(?:the\s+)?{other}|{_STARTING}{name}(?:\s+(?:end|side))?"))
+    for name, other in (("left", "right"), ("right", "left"), ("front", "back"), ("back", "front"))
 )
 _ENDING = _words(
     rf"(?P<what>{_SMALL}|{_LARGE}|short\w*|tall\w*)\s+(?:one\s+|block\s+|object\s+)?(?:is\s+|goes\s+|being\s+)?"
