@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from llmbt_atl.state import Domain, GroundAction, apply
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, holds, satisfied
@@ -22,7 +23,7 @@ from llmbt_runtime.update.prune import prune
 from llmbt_runtime.update.rollout import perceived
 from llmbt_runtime.world import ActionReport, Status, World, WorldLostError
 
-__all__ = ["Change", "Settings", "execute"]
+__all__ = ["Change", "Settings", "Updater", "execute"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,23 @@ class Settings:
     patience_ticks: int = 40
     settle_s: float = 0.5
     max_nodes: int = 400
+
+
+class Updater(Protocol):
+    """`llmbt_runtime.update.loop.update`, or what stands in its place."""
+
+    def __call__(
+        self,
+        tree: Tree,
+        domain: Domain,
+        facts: Facts,
+        goals: Goals,
+        *,
+        excluded: frozenset[ActionCall] = frozenset(),
+        budget: int = 200_000,
+        planner: Planner | None = None,
+    ) -> Kept | Grown | Unsolvable | OutOfBudget:
+        """The tree to run from an observed state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,14 +81,16 @@ def execute(
     tell: Callable[[Happening], None] = lambda _: None,
     settings: Settings | None = None,
     planner: Planner | None = None,
+    updater: Updater = update,
 ) -> Result:
     """Run a tree until the goals hold by the truth, or it is shown that they cannot be reached.
 
     `keep` stores a changed tree before anything acts on it and returns the version's name; `tell` hears the story;
-    `planner` is asked in place of our own search.
+    `planner` is asked in place of our own search; `updater` says what becomes of a tree (another than `update` is for
+    comparison only).
     KeyboardInterrupt is passed on after the world was halted.
     """
-    return _Run(world, domain, tree, goals, keep, tell, settings or Settings(), planner).run()
+    return _Run(world, domain, tree, goals, keep, tell, settings or Settings(), planner, updater).run()
 
 
 class _Run:
@@ -86,9 +106,10 @@ class _Run:
         tell: Callable[[Happening], None],
         settings: Settings,
         planner: Planner | None,
+        updater: Updater,
     ) -> None:
         self.world, self.domain, self.tree, self.goals = world, domain, tree, goals
-        self.keep, self.tell, self.settings, self.planner = keep, tell, settings, planner
+        self.keep, self.tell, self.settings, self.planner, self.updater = keep, tell, settings, planner, updater
         self.ticker = Ticker()
         self.ticks = self.updates = self.planner_calls = self.expansions = 0
         self.executed: list[Executed] = []
@@ -296,8 +317,15 @@ class _Run:
     def asked(self, facts: Facts, excluded: frozenset[ActionCall]) -> Kept | Grown | Unsolvable | OutOfBudget:
         """What the update loop says without some actions; what the search for it cost is noted."""
         self.domain = self.domain.for_state(facts)
-        left = max(0, self.settings.budget - self.expansions)
-        found = update(self.tree, self.domain, facts, self.goals, excluded=excluded, budget=left, planner=self.planner)
+        found = self.updater(
+            self.tree,
+            self.domain,
+            facts,
+            self.goals,
+            excluded=excluded,
+            budget=max(0, self.settings.budget - self.expansions),
+            planner=self.planner,
+        )
         if not isinstance(found, Kept):
             self.planner_calls += found.planner_calls if isinstance(found, Grown) else len(self.goals)
             self.expansions += found.expansions

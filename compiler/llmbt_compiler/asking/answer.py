@@ -32,12 +32,13 @@ _POLITE = frozenset({
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Words for a step: `text` stands for what is at `start` to `end` (nothing, where they are equal), as `kind`.
+    """Words for a step, by its number and its text: `text` stands for what is at `start` to `end` (nothing, where they
+    are equal), as `kind`.
 
     `again`: the step is then tagged anew, since the words are the user's own.
     """
 
-    step: int
+    step: LabelledStep
     start: int
     end: int
     text: str
@@ -102,7 +103,7 @@ def edit_for(
 
     A place may also be said by other words than a candidate's name ("next to object 3"): those are put in as they are.
     """
-    step = next((s for s in steps if s.number == asked.step), None)
+    step = next((s for s in steps if s.number == asked.step and asked.line in ("", s.text)), None)
     if step is None or asked.slot in {Slot.MODEL, Slot.REQUEST}:
         return None
     ids = choose(answer, asked, semantic_map, library)
@@ -112,18 +113,18 @@ def edit_for(
         if not ids:
             return None
         kind = Kind.TARGET if scene[ids[0]].movable else Kind.DESTINATION
-        return Edit(asked.step, asked.start, asked.end, names, kind)
+        return Edit(step, asked.start, asked.end, names, kind)
     if asked.slot is Slot.TARGET:
         at = _after(step, asked.end, particles=True)
-        return Edit(asked.step, at, at, f" {names}", Kind.TARGET) if ids else None
+        return Edit(step, at, at, f" {names}", Kind.TARGET) if ids else None
     at = _after(step, asked.end, particles=False) if asked.slot is Slot.DESTINATION else len(step.text.rstrip(" .!"))
     lead = "" if asked.slot is Slot.DESTINATION else " and place it"
     if ids:
-        return Edit(asked.step, at, at, f"{lead} on {names}", Kind.DESTINATION, again=bool(lead))
+        return Edit(step, at, at, f"{lead} on {names}", Kind.DESTINATION, again=bool(lead))
     words = " ".join(answer.split())[:_MOST].rstrip(".!")
     if not relations(tokens(words)):
         return None
-    return Edit(asked.step, at, at, f"{lead} {words}", None, again=True)
+    return Edit(step, at, at, f"{lead} {words}", None, again=True)
 
 
 def _after(step: LabelledStep, end: int, *, particles: bool) -> int:
@@ -146,7 +147,7 @@ def edited(
     steps: Sequence[LabelledStep], edit: Edit, tag: Callable[[Sequence[str]], Sequence[LabelledStep]]
 ) -> tuple[LabelledStep, ...]:
     """The steps with one of them changed. `tag` labels texts anew."""
-    return tuple(_changed(s, edit, tag) if s.number == edit.step else s for s in steps)
+    return tuple(_changed(s, edit, tag) if s is edit.step else s for s in steps)
 
 
 def _changed(step: LabelledStep, edit: Edit, tag: Callable[[Sequence[str]], Sequence[LabelledStep]]) -> LabelledStep:

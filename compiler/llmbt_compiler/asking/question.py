@@ -40,8 +40,9 @@ class Slot(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """One question: its diagnostic, the ids that may answer it, and where an answer goes: in step `step`, columns
-    `start` to `end` counted from 0. `taken`: what the reply took without asking."""
+    """One question: its diagnostic, the ids that may answer it, and where an answer goes: in step `step`, whose text is
+    `line` (several sentences may have one number), columns `start` to `end` counted from 0. `taken`: what the reply
+    took without asking."""
 
     diagnostic: Diagnostic
     slot: Slot
@@ -49,6 +50,7 @@ class Asked:
     step: int = 0
     start: int = 0
     end: int = 0
+    line: str = ""
     taken: str | None = None
 
     @property
@@ -79,7 +81,7 @@ def from_diagnostics(found: Sequence[Diagnostic], semantic_map: SemanticMap, lib
         hint = f"{hint}: {_listed(candidates)}"
     told = replace(first, help=hint, candidates=candidates)
     span = first.span or Span("steps.json")
-    return Asked(told, slot, candidates, span.line, max(0, span.column - 1), max(0, span.end_column - 1))
+    return Asked(told, slot, candidates, span.line, max(0, span.column - 1), max(0, span.end_column - 1), span.text)
 
 
 def _slot(diagnostic: Diagnostic) -> Slot:
