@@ -102,9 +102,8 @@ def tagging() -> None:
 
 if __name__ == "__main__":
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument(
-        "--only", choices=["starting", "tagging", "executing", "ticking", "planning", "trees"], default=None
-    )
+    parts = (starting, tagging, executing, ticking, planning, trees)
+    options.add_argument("--only", choices=[p.__name__ for p in parts], default=None)
     wanted = options.parse_args().only
     print("# Benchmarks\n")
     machine = f"{platform.machine()}, {os.cpu_count()} cores that may be shared"
