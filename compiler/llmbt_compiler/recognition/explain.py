@@ -62,7 +62,11 @@ def explain(points: Array, measured: Fit, support_m: float | None, known: Iterab
                 continue
             here = _fit_here(points, measured, support_m, geometry, way)
             score = here.off_m + _PER_MISMATCH * off + other
-            if here.tail_m <= _TAIL_M and here.off_m <= _WORSE * measured.off_m + _SLACK_M and (geometry not in found or score < found[geometry][0]):
+            if (
+                here.tail_m <= _TAIL_M
+                and here.off_m <= _WORSE * measured.off_m + _SLACK_M
+                and (geometry not in found or score < found[geometry][0])
+            ):
                 found[geometry] = score, here
     return [f for _, f in sorted(found.values(), key=lambda f: (f[0], f[1].geometry.kind, f[1].geometry.size_m))]
 
