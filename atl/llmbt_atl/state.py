@@ -7,12 +7,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
+from typing import TYPE_CHECKING
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import ANY, Pattern, Template, Variable
 from llmbt_ir.condition import ActionCall, Condition, Facts, holds
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
-from llmbt_ir.semantic_map import SemanticMap
+
+if TYPE_CHECKING:
+    from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["Domain", "GroundAction", "applicable", "apply", "domain_of"]
 

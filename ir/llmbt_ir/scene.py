@@ -82,13 +82,15 @@ class RobotModel(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Fixture:
-    """A static, axis-aligned box: centre and full extents."""
+    """A static, axis-aligned box: centre and full extents. What `moves_with` a place is pushed along with it."""
 
     id: str
     xyz_m: Vec3
     size_m: Vec3
     colour: str = "grey"
     friction: float = DEFAULT_FRICTION
+    moves_with: str | None = None
+    line: int = field(default=0, compare=False)
 
     @property
     def top_m(self) -> float:
@@ -319,6 +321,9 @@ class _Reader:
         places = tuple(self.place(n) for n in root.iterfind("Places/Place"))
         self.check_hierarchy(places)
         by_id = {p.id: p for p in places}
+        for f in fixtures:
+            if f.moves_with is not None and f.moves_with not in by_id:
+                self.unknown_place(f.id, f.moves_with, by_id)
         objects = tuple(self.body(n, "object", by_id) for n in root.iterfind("Objects/Object"))
         obstacles = tuple(self.body(n, "obstacle", by_id) for n in root.iterfind("Obstacles/Obstacle"))
         cameras = tuple(self.camera(n) for n in root.iterfind("Cameras/Camera"))
@@ -367,6 +372,8 @@ class _Reader:
             size_m=_triple(node.get("size_m")),
             colour=self.colour(node, "grey"),
             friction=float(node.get("friction", DEFAULT_FRICTION)),
+            moves_with=node.get("moves_with"),
+            line=line_of(node),
         )
 
     def place(self, node: Element) -> ScenePlace:

@@ -113,7 +113,7 @@ def write_tree(tree: Tree, signatures: Signatures, provenance: Provenance | None
     return ("\n".join(lines) + "\n").encode()
 
 
-NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+NOT_XML = re.compile("[\0-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 REPLACEMENT = "\ufffd"
 
 

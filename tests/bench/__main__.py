@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tests.bench.clock import Ledger, process, python, section
+from tests.bench.engines import ticking
 from tests.bench.planners import planning
 
 CANONICAL = "Please sort the cargo by colour: green on shelf level 1, yellow on level 2, red on level 3."
@@ -101,11 +102,11 @@ def tagging() -> None:
 
 if __name__ == "__main__":
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--only", choices=["starting", "tagging", "executing", "planning"], default=None)
+    options.add_argument("--only", choices=["starting", "tagging", "executing", "ticking", "planning"], default=None)
     wanted = options.parse_args().only
     print("# Benchmarks\n")
     machine = f"{platform.machine()}, {os.cpu_count()} cores that may be shared"
     print(f"Printed by `make bench` on {datetime.now(UTC).date()}, {machine}: medians with their range.")
-    for part in (starting, tagging, executing, planning):
+    for part in (starting, tagging, executing, ticking, planning):
         if wanted in (None, part.__name__):
             part()

@@ -1,12 +1,17 @@
-"""Two maps and two libraries for the parser's tests, and steps written with their labels in brackets."""
+"""Maps and libraries for the parser's tests, and steps written with their labels in brackets."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import pytest
 
 from llmbt_atl.library import Library, load_library, parse_library
+from llmbt_compiler.parsing.evaluate import read_scene
 from llmbt_ir.geometry import Pose
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
+
+FIXTURES = Path(__file__).parents[2] / "fixtures" / "parsing"
 
 HOUSEHOLD = b"""<library name="mini_household">
   <types>
@@ -88,6 +93,21 @@ def cargo() -> tuple[SemanticMap, Library]:
 @pytest.fixture(scope="session")
 def swapped() -> tuple[SemanticMap, Library]:
     return cargo_map(at={"object_1": "position_12", "object_3": "position_22"}), load_library("cargo_sorting")
+
+
+@pytest.fixture(scope="session")
+def shelf() -> tuple[SemanticMap, Library]:
+    return read_scene(FIXTURES, "shelf")
+
+
+@pytest.fixture(scope="session")
+def depot() -> tuple[SemanticMap, Library]:
+    return read_scene(FIXTURES, "depot")
+
+
+@pytest.fixture(scope="session")
+def flat() -> tuple[SemanticMap, Library]:
+    return read_scene(FIXTURES, "home")
 
 
 @pytest.fixture(scope="session")

@@ -40,12 +40,16 @@ def test_golden(file: Path, title: str, given: list[str], expected: list[str], r
 def update() -> None:
     """Write the results of all blocks anew."""
     from llmbt_atl.library import load_library, parse_library
-    from tests.parsing.conftest import HOUSEHOLD, cargo_map, household_map
+    from llmbt_compiler.parsing.evaluate import read_scene
+    from tests.parsing.conftest import FIXTURES, HOUSEHOLD, cargo_map, household_map
 
     cargo = load_library("cargo_sorting")
     scenes = {
         "cargo": (cargo_map(), cargo),
         "swapped": (cargo_map(at={"object_1": "position_12", "object_3": "position_22"}), cargo),
+        "shelf": read_scene(FIXTURES, "shelf"),
+        "depot": read_scene(FIXTURES, "depot"),
+        "flat": read_scene(FIXTURES, "home"),
         "home": (household_map(), parse_library(HOUSEHOLD, "mini_household.xml")),
     }
     for file in sorted(FOLDER.glob("*.txt")):

@@ -14,7 +14,9 @@ from hypothesis import strategies as st
 from llmbt_atl.library import Library, load_library
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing import LabelledStep, parse
-from llmbt_compiler.parsing.resolve import Found, Talk, resolve_objects, resolve_places
+from llmbt_compiler.parsing.names import Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.words import closest, distance, tokens
 from llmbt_ir.diagnostics import ExitCode

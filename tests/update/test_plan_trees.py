@@ -74,12 +74,12 @@ def test_grouped_rows_mean_what_flat_rows_mean(seed: int, data: st.DataObject) -
 
 def towers(n: int, seed: int) -> tuple[Domain, Facts, Goals]:
     problem = import_problem(blocks_problem(n, seed), import_domain(BLOCKS, "blocks.pddl"))
-    return problem.domain, problem.facts, (problem.goals,)
+    return problem.domain, problem.facts, problem.goals
 
 
 def shelves(n: int, k: int, seed: int) -> tuple[Domain, Facts, Goals]:
     problem = import_problem(places_problem(n, k, seed), import_domain(PLACES, "places.pddl"))
-    return problem.domain, problem.facts, (problem.goals,)
+    return problem.domain, problem.facts, problem.goals
 
 
 PROBLEMS = {f"blocks {n} {s}": towers(n, s) for n in (5, 10, 20) for s in (1, 2, 3)} | {

@@ -57,7 +57,7 @@ def execute(
 
 def summary(document: dict[str, Any], folder: Path, *, as_json: bool) -> int:
     """Print how it ended; the exit code."""
-    from llmbt.execution import exit_code_of
+    from llmbt.recorded import exit_code_of
     from llmbt.render import print_json
     from llmbt_runtime.outcome import Outcome
 

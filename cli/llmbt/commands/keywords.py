@@ -33,12 +33,13 @@ def _told(source: str) -> Iterator[None]:
     """The keywords room's own errors as diagnostics."""
     from llmbt_compiler.keywords.evaluate import ExampleError
     from llmbt_compiler.keywords.tagger import UnknownTaggerError
+    from llmbt_compiler.parsing.evaluate import CaseError
 
     try:
         yield
     except UnknownTaggerError as fault:
         raise LlmbtError(Diagnostic("E201", str(fault)), exit_code=ExitCode.USAGE) from None
-    except ExampleError as fault:
+    except (ExampleError, CaseError) as fault:
         raise LlmbtError(Diagnostic("E202", str(fault), Span(source))) from None
     except OSError as fault:
         title = f"cannot read `{source}`: {fault.strerror or fault}"
@@ -108,19 +109,27 @@ def _text_of(line: str, source: str, number: int) -> str:
 
 @keywords.command(name="eval")
 @click.argument("file", type=click.Path(path_type=Path))
+@click.option("--conditions", is_flag=True, help="FILE has steps with their maps and the conditions they mean.")
+@click.option("--errors", is_flag=True, help="Show what came out wrong; not for a blind file.")
+@click.option("--threshold", type=click.FloatRange(0, 1), default=None, help="With --conditions: as in compile.")
 @tagger_option
 @json_flag
-def evaluate(file: Path, tagger: str, as_json: bool) -> int:
-    """Score the tagger on FILE (JSON lines with text and spans): strict spans, each label, whole steps, confusions."""
+def evaluate(file: Path, conditions: bool, errors: bool, threshold: float | None, tagger: str, as_json: bool) -> int:
+    """Score the tagger on FILE (JSON lines with text and spans): strict spans, each label, whole steps, confusions.
+
+    With --conditions the tagger and the parser together (fixtures/parsing/README.md has the format).
+    """
     from llmbt.render import print_json
-    from llmbt_compiler.keywords.evaluate import evaluate_file
+
+    if conditions:
+        return _evaluate_conditions(file, _load(tagger), threshold, errors=errors, as_json=as_json)
+    from llmbt_compiler.keywords.evaluate import evaluate_file, read_examples
 
     found = _load(tagger)
     with _told(str(file)):
         scores = evaluate_file(file, found)
-    document = scores.as_dict()
     if as_json:
-        print_json(document, 0)
+        print_json(scores.as_dict(), 0)
         return 0
     s = scores.scores
     click.echo(f"{scores.n} steps: precision {s.precision:.3f}, recall {s.recall:.3f}, F1 {s.f1:.3f} (strict spans)")
@@ -129,6 +138,84 @@ def evaluate(file: Path, tagger: str, as_json: bool) -> int:
         click.echo(f"  {kind.value:<12} P {k.precision:.3f}  R {k.recall:.3f}  F1 {k.f1:.3f}  of {k.n}")
     for (is_, was), n in list(scores.confusions.items())[:8]:
         click.echo(f"  {n:3d} x {is_} taken for {was}")
+    if errors:
+        examples = read_examples(file)
+        for i in scores.wrong:
+            click.echo(examples[i].text)
+            click.echo("  is        " + "; ".join(f"{s.label.value} {s.text}" for s in examples[i].spans))
+            (tagged,) = found.tag([examples[i].text])
+            click.echo("  taken for " + "; ".join(f"{s.label.value} {s.text}" for s in tagged.spans))
+    return 0
+
+
+def _evaluate_conditions(file: Path, tagger: Tagger, threshold: float | None, *, errors: bool, as_json: bool) -> int:
+    from llmbt.render import print_json
+    from llmbt_compiler.parsing.evaluate import Intent, Verdict, evaluate_conditions, wilson
+    from llmbt_compiler.parsing.walk import THRESHOLD
+
+    with _told(str(file)):
+        scores = evaluate_conditions(file, tagger, threshold=THRESHOLD if threshold is None else threshold)
+    if as_json:
+        print_json(scores.as_dict(), 0)
+        return 0
+    click.echo(f"{'':<16}{'cases':>6}{'right':>20}{'refused':>20}{'wrong':>20}")
+    for intent in Intent:
+        counted = scores.counts[intent]
+        n = counted.total()
+        cells = []
+        for v in Verdict:
+            low, high = wilson(counted[v], n)
+            cells.append(f"{scores.rate(v, intent):.3f} ({low:.2f}-{high:.2f})" if n else "-")
+        click.echo(f"{intent.value:<16}{n:>6}" + "".join(f"{c:>20}" for c in cells))
+    low, high = wilson(scores.wrong, scores.n)
+    click.echo(f"wrong of all: {scores.wrong} of {scores.n} ({low:.3f}-{high:.3f})")
+    for name, counted in sorted(scores.by_phenomenon.items()):
+        told = ", ".join(f"{counted[v]} {v}" for v in Verdict if counted[v])
+        click.echo(f"  {name or '-':<16}{told}")
+    if scores.codes:
+        click.echo("refused by code: " + ", ".join(f"{c} {n}" for c, n in sorted(scores.codes.items())))
+    if errors:
+        for o in scores.outcomes:
+            if o.verdict is not Verdict.RIGHT:
+                click.echo(f"{o.verdict}: [{o.case.map}] " + " | ".join(o.case.steps))
+                click.echo("  meant " + (", ".join(map(str, sorted(o.case.goals[0]))) or o.case.intent.value))
+                click.echo("  found " + (", ".join(map(str, o.result.conditions)) or "no goal"))
+                for d in o.result.errors():
+                    click.echo(f"  {d.code} {d.title}" + (f": {d.label}" if d.label else ""))
+    return 0
+
+
+@keywords.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("-n", "count", type=click.IntRange(1), default=50, show_default=True)
+@click.option("--seed", type=int, default=0, show_default=True)
+def texts(file: Path, count: int, seed: int) -> int:
+    """Print the bare texts of some of FILE's steps, drawn by the seed, one a line: for a second annotation."""
+    from llmbt_compiler.keywords.agreement import draw_texts
+
+    with _told(str(file)):
+        for text in draw_texts(file, count, seed):
+            click.echo(text)
+    return 0
+
+
+@keywords.command()
+@click.argument("first", type=click.Path(path_type=Path))
+@click.argument("second", type=click.Path(path_type=Path))
+@json_flag
+def agreement(first: Path, second: Path, as_json: bool) -> int:
+    """How far two annotations agree on the steps of SECOND (JSON lines, or .txt with `[A Put] the [T cup]`)."""
+    from llmbt.render import print_json
+    from llmbt_compiler.keywords.agreement import agreement as compare
+    from llmbt_compiler.keywords.agreement import read_annotation
+
+    with _told(str(second)):
+        found = compare(read_annotation(first), read_annotation(second))
+    if as_json:
+        print_json(found.as_dict(), 0)
+        return 0
+    click.echo(f"{found.n} steps: span F1 {found.span_f1:.3f}, whole steps alike {found.whole_step:.3f}")
+    click.echo(f"Cohen's kappa over the labels of {found.words} words: {found.kappa:.3f}")
     return 0
 
 

@@ -21,6 +21,11 @@ MIXTURE: Mapping[str, float] = {
     "polite": 8,
     "markup": 7,
     "pronouns": 6,
+    "pairs": 12,
+    "verbless": 6,
+    "repeats": 4,
+    "calls": 3,
+    "navigation": 14,
 }
 """How often each structure is drawn; one that is not named has weight 5."""
 

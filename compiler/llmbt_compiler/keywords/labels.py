@@ -16,6 +16,7 @@ __all__ = [
     "KeywordSpan",
     "Kind",
     "Label",
+    "Reading",
     "SpanError",
     "TaggedStep",
     "Word",
@@ -79,12 +80,24 @@ class KeywordSpan:
 
 
 @dataclass(frozen=True, slots=True)
+class Reading:
+    """One way to label a whole step: the keywords it makes, and its probability (0 to 1)."""
+
+    spans: tuple[KeywordSpan, ...]
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
 class TaggedStep:
-    """A step, its words with their labels, and the keywords these make."""
+    """A step, its words with their labels, and the keywords these make.
+
+    `readings` are the likeliest ways to label it, best first, where the model wavers; its own alone where it does not.
+    """
 
     text: str
     words: tuple[Word, ...]
     spans: tuple[KeywordSpan, ...]
+    readings: tuple[Reading, ...] = ()
 
     @property
     def confidence(self) -> float:

@@ -12,9 +12,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from llmbt_compiler.keywords.decoding import best_path, log_softmax
+from llmbt_compiler.keywords.decoding import best_path, best_paths, log_softmax, marginals
 from llmbt_compiler.keywords.forward import forward
-from llmbt_compiler.keywords.labels import LABELS, TaggedStep, Word, decode, split
+from llmbt_compiler.keywords.labels import LABELS, Label, Reading, TaggedStep, Word, decode, split
 from llmbt_compiler.keywords.pieces import Window, WordPiece, read_vocabulary, windows
 from llmbt_compiler.keywords.weights import read_weights
 
@@ -32,6 +32,11 @@ MODEL = Path(__file__).parent / "model"
 """The shipped weights and vocabulary."""
 
 _BATCH = 16
+_READINGS = 12
+_CERTAIN = 0.97
+"""A step all of whose words are at least this sure has one reading."""
+_LONG = 400
+"""Words; a longer step has one reading."""
 
 
 class Tagger(Protocol):
@@ -91,10 +96,12 @@ def tagger_names() -> tuple[str, ...]:
 def load_tagger(name: str = "default", folder: Path = MODEL) -> Tagger:
     """A tagger by name, on the shipped weights or those of another folder (what `train` writes).
 
-    Raises UnknownTaggerError, WeightsError, OSError.
+    A path in place of the name is such a folder. Raises UnknownTaggerError, WeightsError, OSError.
     """
     if name not in _TAGGERS:
-        raise UnknownTaggerError(f"unknown tagger `{name}`; there are {', '.join(_TAGGERS)}")
+        if not (Path(name) / "weights.safetensors").is_file():
+            raise UnknownTaggerError(f"unknown tagger `{name}`; there are {', '.join(_TAGGERS)}, or a trained folder")
+        name, folder = "default", Path(name)
     return _TAGGERS[name](folder)
 
 
@@ -125,9 +132,22 @@ def _labelled(text: str, words: tuple[Word, ...], logits: NDArray[np.float32]) -
     if not words:
         return TaggedStep(text, (), ())
     log_p = log_softmax(logits)
-    labels = best_path(log_p)
-    labelled = tuple(
-        Word(w.text, w.start, w.end, label, float(np.exp(log_p[i, LABELS.index(label)])))
-        for i, (w, label) in enumerate(zip(words, labels, strict=True))
-    )
-    return TaggedStep(text, labelled, decode(text, labelled))
+    p = marginals(log_p)
+
+    def with_labels(labels: Sequence[Label]) -> tuple[Word, ...]:
+        return tuple(
+            Word(w.text, w.start, w.end, label, min(1.0, float(p[i, LABELS.index(label)])))
+            for i, (w, label) in enumerate(zip(words, labels, strict=True))
+        )
+
+    best = with_labels(best_path(log_p))
+    spans = decode(text, best)
+    if len(words) > _LONG or min(w.confidence for w in best) >= _CERTAIN:
+        return TaggedStep(text, best, spans, (Reading(spans, 1.0),))
+    readings: dict[tuple[tuple[int, int, str], ...], Reading] = {}
+    for labels, probability in best_paths(log_p, _READINGS):
+        found = decode(text, with_labels(labels))
+        key = tuple((s.start, s.end, s.label.value) for s in found)
+        before = readings[key].probability if key in readings else 0.0
+        readings[key] = Reading(found, before + probability)
+    return TaggedStep(text, best, spans, tuple(readings.values()))

@@ -3,33 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass, field, replace
+from itertools import takewhile
+from typing import Self
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import Pattern, Role, Template
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
-from llmbt_compiler.parsing.ground import Grounding, Stop
+from llmbt_compiler.parsing.ground import Grounding, Open, Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, Note, NoteKind
-from llmbt_compiler.parsing.resolve import ANYWHERE, ORIGIN
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import natural
 from llmbt_compiler.parsing.verbs import Shape, Verb, travel_template
-from llmbt_compiler.parsing.words import lexicon
+from llmbt_compiler.parsing.words import lexicon, tokens
+from llmbt_ir.diagnostics import Diagnostic
 
 __all__ = ["Acting", "extent_of"]
 
 _COMMAS = frozenset({"", ",", ".", ":", "and", "then"})
+_SIDE = frozenset({"the", "far", "very", "left", "right", "front", "back", "side", "end", "hand", "most"})
 
 
 @dataclass
 class Acting(Grounding):
-    """The deeds. `named` are places that some step names; `last` and `container` are what
-    "the same" repeats.
+    """The deeds. `named` are places that some step names; `last` and `container` are what "the same" repeats;
+    `wanting` are the complaints about things without a place, which a later step may still name.
     """
 
     named: frozenset[str] = frozenset()
     last: tuple[Template, ...] = ()
     container: str | None = None
+    wanting: dict[tuple[str, ...], Diagnostic] = field(default_factory=dict)
+    begin: str | None = None
+
+    def fork(self) -> Self:
+        """A second one that goes on from here by itself."""
+        other = copy(self)
+        other.notes, other.diagnostics, other.used = list(self.notes), list(self.diagnostics), list(self.used)
+        other.ledger, other.wanting = self.ledger.fork(), dict(self.wanting)
+        return other
 
     def travels(self, templates: Sequence[Template]) -> bool:
         return bool(templates) and self.shape(templates[0]) is Shape.TRAVEL
@@ -136,9 +151,12 @@ class Acting(Grounding):
             rest = tuple(p for p in (*group.locations, *group.destinations) if p not in to)
             self.bring(clause, self.placing(), Group(group.targets, tuple(to), rest), excluded)
             return
-        locations = (*group.locations, *group.destinations)
+        above = [p for p in group.phrases if p.kind != "Target" and lex.is_(p.relation, "hover")]
+        locations = tuple(p for p in (*group.locations, *group.destinations) if p not in above)
         found = self.objects(clause, group, locations, excluded, picking=True)
         self.take(clause, templates[0], found.ids)
+        for phrase in above:  # "hold it above position 21"
+            self.carry_to(phrase)
 
     def clear(
         self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
@@ -151,9 +169,13 @@ class Acting(Grounding):
             self.bring(clause, self.placing(), replace(group, destinations=tuple(away)), excluded)
             return
         locations = (*group.locations, *(p for p in group.destinations if p not in away))
-        place = next((p for p in group.targets if not self.quiet(p) and self.places_of(p)), None)
-        if (place is not None or not group.targets) and (place is not None or locations):
-            self.free(clause, template, [place] if place is not None else list(locations))
+        listed = tuple(p for p in group.destinations if lex.is_(p.preposition, "joints") or p.preposition == ",")
+        group = replace(group, targets=(*group.targets, *listed), destinations=_but(group.destinations, listed))
+        places = [p for p in group.targets if not self.quiet(p) and self.places_of(p)]
+        if places or (not group.targets and locations):
+            self.free(clause, template, places or list(locations))
+            if len(places) < len(group.targets):
+                self.clear(clause, templates, replace(group, targets=_but(group.targets, places)), excluded)
             return
         found = self.objects(clause, group, locations, excluded, picking=True)
         target = template.param(Role.TARGET)
@@ -203,6 +225,7 @@ class Acting(Grounding):
         container = self.outer(destinations, locations)
         ids, words = self.brought(clause, replace(group, locations=tuple(locations)), excluded)
         extent = extent_of(clause, group)
+        self.begin = self.beginning(clause)
         places = self.aims(clause, templates, destinations, ids, container)
         self.put(clause, templates, ids, places, extent)
         self.described = words or self.described
@@ -235,8 +258,14 @@ class Acting(Grounding):
         """The places that the destinations name, or that the verb, the hand or the way gone imply."""
         if destinations:
             return tuple(i for p in destinations for i in self.where_to(p, container).ids)
-        if "back" in clause.particles:
+        if "back" in clause.particles or self.to_origin(clause):
             return (ORIGIN,)
+        if self.place[0] is not None and self.place[1] == self.turn and self.as_well(clause):
+            return (self.container or self.place[0],)
+        standing = [self.ledger.of(i) for i in ids]
+        down = not {"aside", "away", "off", "out"}.intersection(clause.particles)
+        if ids and down and all(standing) and not set(ids) & set(self.ledger.pending):  # "carry it to A, set it down"
+            return tuple(str(e.place) for e in standing if e is not None)
         if self.ledger.carried is not None and set(ids) <= set(self.ledger.pending):
             place = self.ledger.carried
             self.note(NoteKind.INFERRED, f"{', '.join(ids)} is put down at {place}", clause.extent)
@@ -258,7 +287,52 @@ class Acting(Grounding):
             "E305", f"where is {', '.join(ids[:6])} to go?", clause.extent, "no place is named",
             "name the place",
         )  # fmt: skip
+        self.wanting[ids] = self.diagnostics[-1]
+        raise Open
+
+    def to_origin(self, clause: Clause) -> bool:
+        """Whether "to its original position" follows the clause's last keyword unlabelled."""
+        end = max((p.extent.end for p in clause.phrases), default=clause.extent.end)
+        after = tokens(self.now.text, end)[:5]
+        texts = [t.text for t in after]
+        return texts[:1] == ["to"] and any(lexicon().is_(t, "back_to") for t in texts)
+
+    def beginning(self, clause: Clause) -> str | None:
+        """ "Starting at position 12": where a row of places begins. In an order, "starting on the left" is
+        of the order (space/orders); other words that name no place are E314."""
+        end = max((p.extent.end for p in clause.phrases), default=clause.extent.end)
+        after = tokens(self.now.text, clause.extent.start)
+        at = next((i for i, t in enumerate(after[:-1]) if t.text in {"starting", "beginning"}), None)
+        if at is None or not lexicon().is_(after[at + 1].text, "from", "at", "inner") or after[at].end < end - 40:
+            return None
+        words = tuple(takewhile(lambda t: t.word or t.number is not None, after[at + 2 :]))
+        if self.ordered and {t.text for t in words} <= _SIDE:
+            return None
+        for length in range(min(len(words), 6), 0, -1):
+            found = resolve_places(words[:length], self.scene, self.talk())
+            if isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:
+                self.use(*words[:length])
+                return found.ids[0]
+        extent = Extent(after[at].start, words[-1].end if words else after[at].end)
+        self.complain("E314", f"`{extent.cut(self.now.text)}` names no place", extent, "which place?")
         raise Stop
+
+    def as_well(self, clause: Clause) -> bool:
+        """Whether "too" or "as well" follows the clause's last target: it goes where the one before went."""
+        end = max((p.extent.end for p in clause.phrases if p.kind == "Target"), default=0)
+        after = [t.text for t in tokens(self.now.text, end)][:2]
+        return bool(after) and (lexicon().is_(after[0], "likewise") or after == ["as", "well"])
+
+    def settled(self, target: str) -> None:
+        """A step that left out where something goes was made good by a later one."""
+        for ids, diagnostic in list(self.wanting.items()):
+            left = tuple(i for i in ids if i != target)
+            if left != ids:
+                del self.wanting[ids]
+                if left:
+                    self.wanting[left] = diagnostic
+                else:
+                    self.diagnostics.remove(diagnostic)
 
     def put(
         self,
@@ -303,6 +377,7 @@ class Acting(Grounding):
         container = place if note is not None and place != ANYWHERE else None
         entry = Entry(condition, self.now, extent, target=target, place=spot, container=container, note=note)
         self.ledger.put(entry, inner=inner)
+        self.settled(target)
         self.container = place if note is not None or not self.scene.single(spot) else None
         self.place = (container or spot, self.turn)
 
@@ -340,6 +415,8 @@ class Acting(Grounding):
         here = ledger.where.get(target)
         if here in spots and here is not None and target not in ledger.pending:
             return here, Note(self.now.number, NoteKind.CHOSEN, f"{target} is on {name} already: {here}", extent)
+        begin = self.begin if self.begin in spots else spots[0]
+        spots = spots[spots.index(begin) :]
         free = [s for s in spots if not scene.single(s) or not ledger.taken(s, target)]
         if not free:
             self.complain(
@@ -354,10 +431,19 @@ class Acting(Grounding):
     def exchange(self, clause: Clause, things: Group) -> None:
         """ "Swap object 1 and object 3": each goes where the other stands."""
         ids: list[str] = []
-        for p in things.phrases:
+        phrases = [_owned(p) for p in sorted(things.phrases, key=lambda p: p.extent.start)]
+        for i, p in enumerate(phrases):
+            after = phrases[i + 1] if i + 1 < len(phrases) else None
+            here = self.quiet_place(after) if after is not None and after.kind == "Location" else None
             at = self.places_of(p) if not self.quiet(p) else ()
             on = [o for a in at for o, w in self.ledger.where.items() if w == a]
-            ids.extend(on or self.find(p).ids)
+            if p.kind == "Location" and i and self.all_there(phrases[i - 1 : i], p):
+                continue
+            talk = replace(self.talk(), targets=(), pending=())
+            found = self.narrowed(p, talk, (here,) if here is not None else (), False)
+            if isinstance(found, Fault) and not on:
+                raise self.fault(found)
+            ids.extend(on if isinstance(found, Fault) else found.ids)
         ids = list(dict.fromkeys(ids))
         spots = [self.ledger.where.get(i) for i in ids]
         if len(ids) != 2 or None in spots or not self.placing():
@@ -367,6 +453,20 @@ class Acting(Grounding):
         for target, place in zip(ids, reversed(spots), strict=True):
             self.one(self.placing(), target, str(place), extent)
         self.targets, self.lost = (tuple(ids), self.turn), False
+
+
+def _but(phrases: Sequence[Phrase], gone: Sequence[Phrase]) -> tuple[Phrase, ...]:
+    return tuple(p for p in phrases if p not in gone)
+
+
+def _owned(phrase: Phrase) -> Phrase:
+    """ "The positions of object 1" stands for object 1."""
+    texts = [t.text for t in phrase.parts]
+    lex = lexicon()
+    for i, text in enumerate(texts[:-1]):
+        if text == "of" and i and texts[i - 1].removesuffix("s") in lex.places:
+            return replace(phrase, parts=phrase.parts[i + 1 :])
+    return phrase
 
 
 def extent_of(clause: Clause, group: Group) -> Extent:

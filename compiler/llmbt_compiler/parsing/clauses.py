@@ -6,19 +6,23 @@ words around a span.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import Extent, LabelledStep
 from llmbt_compiler.parsing.phrase import excepts
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["Clause", "Group", "Phrase", "clauses", "extents", "told_as_placing"]
+__all__ = ["Clause", "Group", "Phrase", "clauses", "extents"]
 
-_RELATIVE = ({"that", "which"}, {"is", "are"})
+_RESTRICTING = (
+    ("that", "is"), ("that", "are"), ("which", "is"), ("which", "are"), ("made", "of"), ("made", "from"), ("labelled",),
+    ("labeled",), ("marked",), ("named",), ("called",), ("coloured",), ("colored",), ("with", "the", "letter"),
+    ("with", "the", "number"), ("with", "the", "label"), ("with", "the", "name"), ("with", "the", "id"),
+    ("with", "number"), ("with", "letter"), ("with", "label"), ("with", "id"),
+)  # fmt: skip
 _STILL = frozenset({"left", "still", "there", "here", "now", "currently", "already", "next", "closest"})
 _NO_NAME = frozenset({"to", "do", "dont", "not", "any"})
 _MARKUP = frozenset("*`\"“”'‘’")
@@ -32,7 +36,8 @@ class Phrase:
 
     `parts` are its tokens with the quantifiers before it; `preposition` stands before these; `relation` is a
     relation word among them ("next", "behind"); `aside` is a parenthesis right after it; `trail` what follows
-    a preposition right after it, as "shelf level 1" in "position 12 on shelf level 1".
+    a preposition right after it, as "shelf level 1" in "position 12 on shelf level 1"; `after` what follows a comma,
+    as "slot 2" in "rack B, slot 2".
     """
 
     kind: Kind
@@ -42,6 +47,7 @@ class Phrase:
     relation: str = ""
     aside: tuple[Token, ...] = ()
     trail: tuple[Token, ...] = ()
+    after: tuple[Token, ...] = ()
     excluded: bool = False
     apposed: bool = False
 
@@ -75,6 +81,7 @@ class Clause:
     negated: bool = False
     conditional: bool = False
     exception: tuple[Token, ...] = ()
+    heading: bool = False
 
     @property
     def phrases(self) -> tuple[Phrase, ...]:
@@ -138,42 +145,6 @@ def _sorted(step: LabelledStep) -> tuple[KeywordSpan, ...]:
     return tuple(out)
 
 
-_GOES = re.compile(
-    r"^\W*(?P<thing>[^,;:.]{2,80}?)\s+(?:(?:should|must|will|has to|have to|needs? to|is to|are to)\s+)?(?:then\s+|"
-    r"also\s+|"
-    r"now\s+)?(?:go|goes|belongs?)\s+(?:back\s+)?(?:on|onto|to|into|in|at)\s+(?P<place>[^,;:.]{2,80})[\s.!]*$",
-    re.IGNORECASE,
-)
-_IS_GIVEN = re.compile(
-    r"^\W*(?P<place>[^,;:.]{2,80}?)\s+(?:(?:should|must|will)\s+)?(?:gets?|"
-    r"receives?)\s+(?P<thing>[^,;:.]{2,80})[\s.!]*$",
-    re.IGNORECASE,
-)
-_COLON = re.compile(r"^\W*(?P<thing>[^,;:.]{2,60}?)\s*(?::|->|=>|→)\s*(?P<place>[^,;:.]{2,60})[\s.!]*$", re.IGNORECASE)
-_ROBOT = re.compile(r"(?:the )?(?:robot|arm|gripper|hand|manipulator|you|we)\b", re.IGNORECASE)
-
-
-def told_as_placing(step: LabelledStep) -> LabelledStep:
-    """A step that says where a thing goes without telling anybody to put it there ("object 1 goes to position 11",
-    "position 21 gets object 3", "object 3: position 22"): its thing as target and its place as destination."""
-    text = step.text
-    if len(text) > 300:
-        return step
-    taken = {s.label for s in step.spans}
-    for pattern in (_GOES, _IS_GIVEN, _COLON):
-        m = pattern.match(text)
-        if m is None or _ROBOT.match(m["thing"]):
-            continue
-        if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
-            continue
-        if pattern is _COLON and (Kind.ACTION in taken or not re.search(r"\d", m["place"])):
-            continue
-        ends = [(m.start(k), m.end(k), label) for k, label in (("thing", Kind.TARGET), ("place", Kind.DESTINATION))]
-        spans = tuple(KeywordSpan(a, b, label, text[a:b]) for a, b, label in sorted(ends, key=lambda e: e[:2]))
-        return replace(step, spans=spans)
-    return step
-
-
 def clauses(step: LabelledStep) -> tuple[Clause, ...]:
     """The clauses of a step, in order. A step without an action is one clause with an empty one."""
     spans = _sorted(step)
@@ -185,6 +156,11 @@ def clauses(step: LabelledStep) -> tuple[Clause, ...]:
         clause = _clause(text, group, begin, end)
         if out and lexicon().is_(out[-1].action.casefold(), "negation"):
             clause = replace(clause, negated=True)
+        if nxt and _is_heading(text, group, nxt):
+            clause = replace(clause, heading=True)
+        if nxt and not clause.phrases and clause.action and _and(text, group[-1].end, nxt[0].start):
+            lent = tuple(_phrase(text, s) for s in nxt if s.label is Kind.TARGET)  # "pick and place object 5 on ..."
+            clause = replace(clause, groups=(Group(lent),) if lent else ())
         out.append(clause)
         begin = max((s.end for s in group), default=begin)
     return tuple(out)
@@ -194,6 +170,20 @@ def extents(found: Sequence[Clause], size: int) -> tuple[tuple[int, int], ...]:
     """Where the words of each clause begin and end: with its first keyword, and where the next clause begins."""
     starts = [min(c.extent.start, *(p.extent.start for p in c.phrases), size) for c in found]
     return tuple(zip(starts, [*starts[1:], size], strict=True)) if found else ()
+
+
+def _and(text: _Text, start: int, end: int) -> bool:
+    between = [t for t in text.all if start <= t.start and t.end <= end]
+    return all(lexicon().is_(t.text, "joints", "particles") or t.text in {",", "/", "&"} for t in between)
+
+
+def _is_heading(text: _Text, group: Sequence[KeywordSpan], nxt: Sequence[KeywordSpan]) -> bool:
+    """Whether a clause with an action and no place is parted by a colon from what tells it in detail ("Sort the blocks:
+    put ...")."""
+    kinds = {s.label for s in group}
+    after = text.after(group[-1].end)
+    told = {s.label for s in nxt} > {Kind.TARGET}
+    return Kind.ACTION in kinds and Kind.DESTINATION not in kinds and bool(after) and after[0].text == ":" and told
 
 
 def _with_exceptions(text: _Text) -> tuple[_Text, tuple[KeywordSpan, ...]]:
@@ -211,10 +201,11 @@ def _with_exceptions(text: _Text) -> tuple[_Text, tuple[KeywordSpan, ...]]:
         after = [t for t in text.all if s.end <= t.start and t.end <= stop and t.text not in _MARKUP]
         at = 1 if after and after[0].text == "," else 0
         size = excepts(after, at)
-        only = not size and [t.text in r for t, r in zip(after, _RELATIVE, strict=False)] == [True, True]
+        texts = tuple(t.text for t in after[:3])
+        only = 0 if size else max((len(w) for w in _RESTRICTING if texts[: len(w)] == w), default=0)
         if not size and not only:
             continue
-        at, size = (0, 2) if only else (at, size)
+        at, size = (0, only) if only else (at, size)
         words = after[at + size :]
         close = next((i for i, t in enumerate(words) if t.text in ends), len(words))
         words = words[:close]
@@ -262,7 +253,7 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
     tail = [t for t in text.all if action and action.end <= t.start and t.end <= end and not text.covered(t)]
     own = lead[1:] if begin and lead and lex.is_(lead[0].text, "conditional") else lead
     own = [*own, *tail] if end == len(text.step.text) else own
-    conditional = any(lex.is_(t.text, "conditional") for t in own) or _in_case(lead)
+    conditional = any(_conditional(a, b) for a, b in pairwise([*own, None])) or _in_case(lead)
     excepted = [i for i, t in enumerate(tail) if lex.is_(t.text, "except")]
     exception = tuple(tail[excepted[0] + 1 :]) if excepted else ()
     if any(p.excluded for p in phrases):
@@ -288,6 +279,12 @@ def _missed(text: _Text, action: KeywordSpan | None) -> KeywordSpan | None:
     if not free or free[0].text not in {"it", "them", "everything"}:
         return None
     return KeywordSpan(free[0].start, free[0].end, Kind.TARGET, free[0].text)
+
+
+def _conditional(t: Token | None, after: Token | None) -> bool:
+    """An "if" that is no courtesy ("if possible", "if you would be so kind")."""
+    polite = after is not None and lexicon().is_(after.text, "courtesy")
+    return t is not None and lexicon().is_(t.text, "conditional") and not polite
 
 
 def _in_case(lead: Sequence[Token]) -> bool:
@@ -391,7 +388,7 @@ def _relation(free: Sequence[Token]) -> tuple[str, str]:
             "in",
             "at",
         }
-        loose = loose and not (w == "close" and after == "to")
+        loose = (loose and not (w == "close" and after == "to")) or (w == "right" and i == 0)
         if lex.is_(w, "relations") and not loose and not (w == "top" and after in {"of", ""}):
             return preposition, w
     return preposition, ""
@@ -409,11 +406,7 @@ def _followed(text: _Text, phrase: Phrase) -> Phrase:
                 break
             inside.append(t)
         return replace(phrase, aside=tuple(inside))
-    if free[0].text in _INNER:
-        trail: list[Token] = []
-        for t in free[1 : _TRAIL + 1]:
-            if not (t.word or t.number is not None):
-                break
-            trail.append(t)
-        return replace(phrase, trail=tuple(trail))
+    if free[0].text in _INNER or free[0].text == ",":
+        trail = tuple(takewhile(lambda t: t.word or t.number is not None, free[1 : _TRAIL + 1]))
+        return replace(phrase, after=trail) if free[0].text == "," else replace(phrase, trail=trail)
     return phrase

@@ -6,26 +6,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import dropwhile
 
 from llmbt_atl.template import Role, Template
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Note, NoteKind
-from llmbt_compiler.parsing.resolve import (
-    ANYWHERE,
-    ORIGIN,
-    Fault,
-    Found,
-    Talk,
-    resolve_objects,
-    resolve_places,
-)
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, Verb, shape_of
 from llmbt_compiler.parsing.words import Token, lexicon
 from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 
-__all__ = ["Grounding", "Stop"]
+__all__ = ["Grounding", "Open", "Stop"]
 
 _LONG = 2000
 _VAGUE = frozenset({"position", "spot", "place", "location", "it", "stands", "is"})
@@ -35,9 +30,17 @@ class Stop(Exception):  # noqa: N818 - no error: what is wrong has been noted
     """A clause ends here; the reason has been noted."""
 
 
+class Open(Stop):
+    """What is to be done is known, and to what; only where it is to go is not, or not yet."""
+
+
 @dataclass
 class Grounding:
-    """What the walk knows so far, and how a phrase is understood by it."""
+    """What the walk knows so far, and how a phrase is understood by it.
+
+    `mentioned` are the objects that the step at hand names in words that are no keywords, `used` the words of it that
+    were understood, `ordered` whether it asks for an order.
+    """
 
     scene: Scene
     source: str
@@ -48,6 +51,9 @@ class Grounding:
     place: tuple[str | None, int] = (None, -9)
     described: tuple[str, ...] = ()
     lost: bool = False
+    mentioned: tuple[str, ...] = ()
+    used: list[Extent] = field(default_factory=list)
+    ordered: bool = False
     approached: str | None = None
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
@@ -62,6 +68,10 @@ class Grounding:
     def placing(self) -> tuple[Template, ...]:
         """The templates that bring a thing to a place, in the library's order."""
         return tuple(t for t in self.scene.library.templates.values() if self.shape(t) is Shape.PLACE)
+
+    def use(self, *parts: Token) -> None:
+        """These words of the step have been understood."""
+        self.used.extend(Extent(t.start, t.end) for t in parts)
 
     def note(self, kind: NoteKind, text: str, extent: Extent) -> None:
         self.notes.append(Note(self.now.number, kind, text, extent))
@@ -117,6 +127,7 @@ class Grounding:
             self.described,
             self.place[0] if self.turn - self.place[1] <= 1 else None,
             self.lost,
+            self.mentioned,
         )
 
     def of_robot(self, phrase: Phrase) -> bool:
@@ -152,33 +163,39 @@ class Grounding:
     def one_target(self, phrase: Phrase, at: tuple[str, ...], picking: bool, before: Sequence[Found]) -> Found:
         aside = self.aside(phrase)
         talk = self.talk() if not aside else replace(self.talk(), targets=(), pending=())
-        found = resolve_objects(phrase.parts, self.scene, talk, at=at, picking=picking)
+        found = self.narrowed(phrase, talk, at, picking)
         if aside and isinstance(found, Found):
             found = self.agree(phrase, found, aside)
-        elif aside and isinstance(found, Fault) and found.code == "E304" and set(aside) <= set(found.candidates):
-            found = Found(aside)
+        elif aside and isinstance(found, Fault) and found.code == "E304":
+            common = tuple(i for i in found.candidates if i in aside)
+            found = Found(common) if len(common) == 1 or common == aside else found
         if isinstance(found, Fault) and phrase.apposed and before and set(before[-1].ids) <= set(found.candidates):
             found = before[-1]
-        if isinstance(found, Fault) and phrase.trail and not at:
-            place = self.trailing(phrase)
-            if place is not None:
-                found = resolve_objects(phrase.parts, self.scene, self.talk(), at=(place,), picking=picking)
         if isinstance(found, Fault):
             raise self.fault(found)
         self.told(found, phrase)
         return found
 
+    def narrowed(self, phrase: Phrase, talk: Talk, at: tuple[str, ...], picking: bool) -> Found | Fault:
+        """A phrase's objects; where unlabelled words after it say a place ("everything on the shelf"), those there."""
+        place = self.trailing(phrase) if phrase.trail and not at else None
+        if place is not None:
+            found = resolve_objects(phrase.parts, self.scene, talk, at=(place,), picking=picking)
+            if isinstance(found, Found):
+                return found
+        return resolve_objects(phrase.parts, self.scene, talk, at=at, picking=picking)
+
     def aside(self, phrase: Phrase) -> tuple[str, ...] | None:
-        """The objects that a parenthesis after a target names or describes; None where it says something
-        else.
-        """
-        if not phrase.aside:
+        """The objects that a parenthesis after a target, or an apposition, names or describes; None where it says
+        something else."""
+        parts = tuple(t for t in phrase.aside if t.text not in {",", "."}) or phrase.aside or phrase.after
+        if not parts or (not phrase.aside and not any(t.number or t.text in self.scene.colours for t in parts)):
             return None
-        parts = tuple(t for t in phrase.aside if t.text not in {",", "."}) or phrase.aside
         found = resolve_objects(parts, self.scene, Talk(self.ledger.where))
-        if isinstance(found, Found):
-            return found.ids
-        return found.candidates if found.code == "E304" else None
+        known = isinstance(found, Found) or found.code == "E304"
+        if known:
+            self.use(*parts)
+        return (found.ids if isinstance(found, Found) else found.candidates) if known else None
 
     def agree(self, phrase: Phrase, found: Found, aside: tuple[str, ...]) -> Found | Fault:
         """ "the red block (object 6)", "object 6 (red)": one has to lie in the other; the
@@ -188,6 +205,8 @@ class Grounding:
             return found
         if set(aside) <= set(found.ids):
             return replace(found, ids=aside)
+        if found.chosen and all(self.scene.fits(self.scene[i], w) for i in aside for w in found.words):
+            return replace(found, ids=aside, chosen=())  # "a green block (object 2)"
         return Fault(
             "E307",
             f"`{phrase.extent.cut(self.now.text)}` is not what the parenthesis says",
@@ -202,6 +221,7 @@ class Grounding:
         for length in range(len(phrase.trail), 0, -1):
             found = resolve_places(phrase.trail[:length], self.scene, self.talk())
             if isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:
+                self.use(*phrase.trail[:length])
                 return found.ids[0]
         return None
 
@@ -322,6 +342,9 @@ class Grounding:
             self.relation(phrase)
         parts = phrase.parts
         outer = tuple(container.parts) if container is not None else ()
+        inner = self.inner(phrase) if not outer else None
+        if inner is not None:
+            return inner
         if not outer and (phrase.trail or phrase.aside):
             outer = self.agreeing(phrase)
         if outer:
@@ -342,6 +365,23 @@ class Grounding:
         self.told(found, phrase)
         return found
 
+    def inner(self, phrase: Phrase) -> Found | None:
+        """ "Rack B, slot 2": the one place in the container that the words after the comma name, if they do."""
+        lex = lexicon()
+        after = tuple(dropwhile(lambda t: lex.is_(t.text, "inner", "articles"), phrase.after))
+        for length in range(min(len(after), 4), 0, -1):
+            words = after[:length]
+            joint = Token("on", words[-1].end, words[-1].end)
+            found = resolve_places((*words, joint, *phrase.parts), self.scene, self.talk())
+            exact = isinstance(found, Found) and len(found.ids) == 1 and not found.vague and not found.corrected
+            if exact and isinstance(found, Found):
+                counted = any(t.number is not None or t.text in lex.ordinals for t in words)
+                if not counted or found.ids[0] == ORIGIN:
+                    return None
+                self.use(*words)
+                return found
+        return None
+
     def stackable(self, ids: Sequence[str]) -> bool:
         """Whether the library puts things on things."""
         slots = [s for t in self.placing() if (s := t.param(Role.DESTINATION)) is not None]
@@ -353,6 +393,7 @@ class Grounding:
             for length in range(min(len(group), 6), 0, -1):
                 found = resolve_places(group[:length], self.scene, Talk())
                 if isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:
+                    self.use(*group[:length])
                     return group[:length] if found.ids != self.places_of(phrase) else ()
         return ()
 

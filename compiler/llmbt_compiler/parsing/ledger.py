@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from llmbt_compiler.parsing.model import Extent, Goal, LabelledStep, Note, NoteKind
 from llmbt_ir.condition import Condition
@@ -36,7 +36,8 @@ class Entry:
 class Ledger:
     """Standing goals, things in the hand and the last way gone, step by step.
 
-    `where` follows the objects through the steps. A later move of an object replaces its earlier one.
+    `where` follows the objects through the steps. A later move of an object replaces its earlier one; `moves` keeps
+    them all.
     """
 
     where: dict[str, str | None]
@@ -47,6 +48,19 @@ class Ledger:
     touched: set[str] = field(default_factory=set)
     acts: int = 0
     notes: list[Note] = field(default_factory=list)
+    moves: list[Entry] = field(default_factory=list)
+
+    def fork(self) -> Ledger:
+        """A second ledger that goes on from here by itself."""
+        return replace(
+            self, where=dict(self.where), goals=list(self.goals), pending=dict(self.pending),
+            touched=set(self.touched), notes=list(self.notes), moves=list(self.moves),
+        )  # fmt: skip
+
+    def standing(self) -> tuple[frozenset[Condition], frozenset[str], Condition | None, str | None]:
+        """What the steps so far come to: goals, things in the hand, the last way gone, where that leads."""
+        near = self.near.condition if self.near is not None else None
+        return frozenset(e.condition for e in self.goals), frozenset(self.pending), near, self.carried
 
     @property
     def handled(self) -> frozenset[str]:
@@ -74,6 +88,9 @@ class Ledger:
         assert entry.target is not None
         assert entry.place is not None
         old = self.of(entry.target)
+        if inner and old is not None and self.moves and self.moves[-1] is old:
+            self.moves.pop()
+        self.moves.append(entry)
         self.pending.pop(entry.target, None)
         self.near = self.carried = None
         self.touched.add(entry.target)

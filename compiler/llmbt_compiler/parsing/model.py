@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from llmbt_compiler.keywords.labels import KeywordSpan
+from llmbt_compiler.keywords.labels import KeywordSpan, Reading, TaggedStep
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, Severity
 
-__all__ = ["Extent", "Goal", "LabelledStep", "Note", "NoteKind", "ParseResult", "exit_code_of"]
+__all__ = ["Extent", "Goal", "LabelledStep", "Move", "Note", "NoteKind", "ParseResult", "exit_code_of"]
 
 _CODES = {
     "E304": ExitCode.UNCLEAR,
@@ -19,6 +19,7 @@ _CODES = {
     "E308": ExitCode.NO_SUCCESS,
     "E309": ExitCode.UNCLEAR,
     "E312": ExitCode.UNCLEAR,
+    "E314": ExitCode.UNCLEAR,
 }
 
 
@@ -51,6 +52,14 @@ class LabelledStep:
     confidence: float | None = None
     reply: Extent | None = None
     runs: tuple[tuple[int, int], ...] = ()
+    readings: tuple[Reading, ...] = ()
+
+    @classmethod
+    def of(
+        cls, number: int, tagged: TaggedStep, reply: Extent | None = None, runs: tuple[tuple[int, int], ...] = ()
+    ) -> LabelledStep:
+        """A step as the tagger labelled it."""
+        return cls(number, tagged.text, tagged.spans, tagged.confidence, reply, runs, tagged.readings)
 
     @property
     def certainty(self) -> float:
@@ -110,14 +119,25 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
+class Move:
+    """What a step does with an object: to this place. `chosen`: the step named no place but one that contains it."""
+
+    target: str
+    place: str
+    goal: Goal
+    chosen: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class ParseResult:
     """The goals in the order of the steps. With an error among the diagnostics they are
-    not to be built on.
+    not to be built on. `moves` are all that the steps do with objects, also what later steps undo.
     """
 
     goals: tuple[Goal, ...] = ()
     notes: tuple[Note, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
+    moves: tuple[Move, ...] = ()
 
     def errors(self) -> Iterator[Diagnostic]:
         """The diagnostics that forbid a tree."""

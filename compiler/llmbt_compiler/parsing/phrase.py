@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.scene import Scene, Word
-from llmbt_compiler.parsing.words import Token, lexicon
+from llmbt_compiler.parsing.words import Token, lexicon, singulars
 
 __all__ = ["Description", "conjuncts", "describe", "excepts", "split_exception", "split_place"]
 
@@ -36,6 +36,7 @@ class Description:
     initial: str = ""
     ordinal: int | None = None
     rank: str = ""
+    size: str = ""
     pronoun: str = ""
 
     @property
@@ -136,9 +137,13 @@ class _Reader:
     words: list[Word] = field(default_factory=list)
     numbers: list[str] = field(default_factory=list)
     ranges: list[tuple[str, str]] = field(default_factory=list)
-    noun: bool = False
+    noun: bool = False  # a noun has been read: a number after it is a name
     marked: bool = False
     between: bool = False
+
+    @property
+    def nouns(self) -> frozenset[str]:
+        return self.scene.nouns(self.movable)
 
     def read(self) -> Description:
         for i, t in enumerate(self.parts):
@@ -159,10 +164,13 @@ class _Reader:
 
     def one(self, t: Token) -> bool:
         """Whether "one" stands for a noun ("the yellow one") and not for the number."""
-        if t.text != "one" or self.noun or self.marked:
+        if t.text != "one" or self.marked or (self.noun and self.words[-1:] and self.words[-1].text in self.nouns):
             return False
         described = bool(self.words) or any(k in self.flags for k in ("rest", "ordinal", "rank", "same"))
         last = t is self.parts[-1]
+        if len(self.parts) == 1 and self.movable:
+            self.flags["pronoun"] = "one"
+            return True
         if described or (last and "definite" in self.flags):
             self.noun = True
             return True
@@ -191,8 +199,10 @@ class _Reader:
         if t.text in {"ones", "one"}:
             self.flags["plural"] = t.text == "ones"
             self.noun = True
-        elif t.text in own and not lex.is_(t.text, "articles"):
+        elif t.text in own and (not lex.is_(t.text, "articles") or self.letter(i, t)):
             self.content(t)
+        elif self.movable and t.text in lex.sizes:
+            self.flags["size"] = t.text
         elif t.text in lex.ordinals:
             self.flags["ordinal"] = lex.ordinals[t.text]
         elif t.text in {"number", "no", "nr", "num", "id"}:
@@ -204,6 +214,12 @@ class _Reader:
                 self.noun = True
             elif not lex.is_(t.text, "filler", "joints") and not self.suffix(i, t):
                 self.content(t)
+
+    def letter(self, i: int, t: Token) -> bool:
+        """Whether "a" is a code and no article: "rack A", "A4"."""
+        after = self.parts[i + 1] if i + 1 < len(self.parts) else None
+        coded = after is not None and after.digits and after.glued
+        return len(t.text) == 1 and (coded or (bool(self.words) and (after is None or not after.word)))
 
     def suffix(self, i: int, t: Token) -> bool:
         """The end of "1st" or "2nd": the number before it was an ordinal."""
@@ -221,6 +237,9 @@ class _Reader:
     def flag(self, t: Token) -> bool:
         """Take a word as one that quantifies or points; False where it is none."""
         lex = lexicon()
+        if not self.movable and lex.is_(t.text, "last"):
+            self.flags["rank"] = "last"
+            return True
         for name, lists in (
             ("all", ("all",)),
             ("rest", ("rest",)),
@@ -250,6 +269,16 @@ class _Reader:
 
     def content(self, t: Token) -> None:
         word = self.scene.word(t, self.movable)
+        lex = lexicon()
+        if not word.text and self.movable and self.words and lex.is_(next(singulars(t.text)), "vessels"):
+            return  # "coke can", where the map knows no can
+        if (
+            not word.text
+            and not self.movable
+            and t.text.endswith("ing")
+            and any(lex.is_(w.text, "users") for w in self.words)
+        ):
+            return  # "the person reading at the desk"
         self.words.append(word)
         self.noun = word.text not in self.scene.colours
         if word.plural:
@@ -260,9 +289,12 @@ def describe(parts: Sequence[Token], scene: Scene, movable: bool) -> Description
     """Take one phrase apart. `parts` is not empty; `movable` says whether it is to name objects or places."""
     extent = Extent(parts[0].start, parts[-1].end)
     said = [t.text for t in parts if t.word or t.number is not None]
+    if movable and said and said[-1] in {"former", "latter"} and len(said) <= 2:
+        return Description(extent, pronoun=said[-1])
     both = len(said) == 2 and said[0] in {"all", "both"}
     if said and (len(said) == 1 or both) and said[-1] not in scene.vocabulary(movable):
-        for kind in ("plural_pronouns", "pronouns", "there", "me"):
+        kinds = ("plural_pronouns", "pronouns", "there", "me")
+        for kind in kinds if movable else ("him", *kinds):
             if lexicon().is_(said[-1], kind):
                 many = kind == "plural_pronouns"
                 return Description(extent, pronoun=kind, plural=many, both="both" in said)

@@ -31,6 +31,13 @@ class Entity:
     number: str | None
     keys: frozenset[str]
     colour: frozenset[str] = frozenset()
+    size_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    person: bool = False
+
+    def measure(self, name: str) -> float:
+        """How large ("size": the edge of a cube of its volume) or how high ("height") it is, in metres."""
+        x, y, z = self.size_m
+        return z if name == "height" else (x * y * z) ** (1 / 3)
 
     @property
     def initials(self) -> frozenset[str]:
@@ -73,7 +80,8 @@ def compact(key: str) -> str:
 
 
 def _words(text: str) -> frozenset[str]:
-    return frozenset(t.text for t in tokens(text) if t.word and t.number is None)
+    told = (t for t in tokens(text) if t.word and t.number is None)
+    return frozenset(t.text for t in told if t.text not in {"of", "with", "for", "and", "the"})
 
 
 def _number(text: str) -> str | None:
@@ -84,14 +92,16 @@ def _object(o: MapObject) -> Entity:
     stem = _words(o.id)
     words = stem | _words(o.name) | _words(o.colour) | _words(o.shape) | _words(o.type)
     keys = frozenset({squash(tokens(o.id)), squash(tokens(o.name))})
-    return Entity(o.id, o.type, True, words, stem, _number(o.id) or _number(o.name), keys, _words(o.colour))
+    number = _number(o.id) or _number(o.name)
+    return Entity(o.id, o.type, True, words, stem, number, keys, _words(o.colour), o.size_m)
 
 
-def _place(p: MapPlace) -> Entity:
+def _place(p: MapPlace, library: Library) -> Entity:
     stem = _words(p.id)
     words = stem | _words(p.name) | _words(p.type) | (frozenset({"buffer"}) if p.buffer else frozenset())
     keys = frozenset({squash(tokens(p.id)), squash(tokens(p.name))})
-    return Entity(p.id, p.type, False, words, stem, _number(p.id) or _number(p.name), keys)
+    person = library.is_a(p.type, "person") or not words.isdisjoint(lexicon().function["users"])
+    return Entity(p.id, p.type, False, words, stem, _number(p.id) or _number(p.name), keys, person=person)
 
 
 @dataclass(frozen=True)
@@ -109,7 +119,19 @@ class Scene:
     @cached_property
     def places(self) -> tuple[Entity, ...]:
         """Where things can be."""
-        return tuple(_place(p) for p in self.map.places)
+        return tuple(_place(p, self.library) for p in self.map.places)
+
+    @cached_property
+    def spelled(self) -> frozenset[tuple[str, ...]]:
+        """The ids and names of all things, as their words and numbers in order."""
+        names = [n for o in self.map.objects for n in (o.id, o.name)]
+        names += [n for p in self.map.places for n in (p.id, p.name)]
+        return frozenset(k for n in names if (k := tuple(squash(tokens(n)).split(" "))) != ("",))
+
+    @cached_property
+    def persons(self) -> tuple[Entity, ...]:
+        """The people among the places."""
+        return tuple(e for e in self.places if e.person)
 
     @cached_property
     def _by_id(self) -> dict[str, Entity]:
@@ -138,6 +160,19 @@ class Scene:
         """All words by which things of a kind go."""
         return self._vocabularies[movable]
 
+    @cached_property
+    def _nouns(self) -> tuple[frozenset[str], frozenset[str]]:
+        def of(things: Iterable[MapObject | MapPlace]) -> frozenset[str]:
+            told = [t for o in things for t in (o.id, o.name, o.type, getattr(o, "shape", ""))]
+            plain = ([x.text for x in tokens(t) if x.word and x.number is None and len(x.text) > 1] for t in told)
+            return frozenset(words[-1] for words in plain if words)
+
+        return of(self.map.places) | lexicon().places, of(self.map.objects) | lexicon().objects
+
+    def nouns(self, movable: bool) -> frozenset[str]:
+        """The words that a name, a type or a shape of a kind ends with, and those that stand for any."""
+        return self._nouns[movable]
+
     def generic(self, movable: bool) -> frozenset[str]:
         """The nouns that fit everything of a kind."""
         return lexicon().objects if movable else lexicon().places
@@ -145,6 +180,8 @@ class Scene:
     def understood(self, word: str, movable: bool) -> bool:
         """Whether a word is in the vocabulary, a synonym of one that is, or generic."""
         own = self.vocabulary(movable)
+        if not movable and self.persons and lexicon().is_(word, "users"):
+            return True
         return word in own or word in self.generic(movable) or not own.isdisjoint(lexicon().alike(word))
 
     def word(self, token: Token, movable: bool) -> Word:
@@ -167,11 +204,13 @@ class Scene:
 
     def fits(self, entity: Entity, word: str) -> bool:
         """Whether a word of the vocabulary may describe a thing."""
-        if word in entity.words:
+        if word in entity.words or (entity.movable and word in lexicon().anything):
             return True
-        if word in self.generic(entity.movable):
-            return entity.movable or word not in self.vocabulary(entity.movable)
-        return word not in self.vocabulary(entity.movable) and not entity.words.isdisjoint(lexicon().alike(word))
+        if word in self.vocabulary(entity.movable):
+            return False
+        if word in self.generic(entity.movable) or (entity.person and lexicon().is_(word, "users")):
+            return True
+        return not entity.words.isdisjoint(lexicon().alike(word))
 
     def within(self, place: str | None, container: str) -> bool:
         """Whether a place is a container or lies in it."""

@@ -7,6 +7,7 @@ far in a `Ledger`, and gives every complaint at once.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -14,20 +15,20 @@ from itertools import pairwise
 from llmbt_atl.library import Library
 from llmbt_atl.template import Template
 from llmbt_compiler.parsing.acts import Acting
-from llmbt_compiler.parsing.clauses import Clause, Group, Phrase, clauses, extents, told_as_placing
-from llmbt_compiler.parsing.ground import Stop
+from llmbt_compiler.parsing.beside import mentioned, unread
+from llmbt_compiler.parsing.clauses import Clause, Group, Phrase, clauses, extents
+from llmbt_compiler.parsing.ground import Open, Stop
 from llmbt_compiler.parsing.ledger import Entry
-from llmbt_compiler.parsing.model import Extent, LabelledStep, NoteKind, ParseResult
-from llmbt_compiler.parsing.resolve import (
-    Found,
-    Talk,
-    resolve_objects,
-    resolve_places,
-)
+from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
+from llmbt_compiler.parsing.names import Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
+from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.space import certainty, related
+from llmbt_compiler.parsing.space import arrangement, certainty, related
 from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
-from llmbt_compiler.parsing.words import tokens
+from llmbt_compiler.parsing.weigh import Trial, weigh
+from llmbt_compiler.parsing.words import lexicon, tokens
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Severity, nearest
 from llmbt_ir.semantic_map import SemanticMap
@@ -36,6 +37,7 @@ __all__ = ["THRESHOLD", "parse"]
 
 THRESHOLD = 0.5
 """Steps that the tagger is less sure of become diagnostics."""
+_STAYS = re.compile(r"\W*(?:where (?:it|they)|alone|untouched|unchanged|as (?:it|they)|in place)\b", re.IGNORECASE)
 _MOST = 500
 _LONGEST = 10_000
 
@@ -59,7 +61,7 @@ def parse(
     listed = tuple(steps)
     walker.named = walker.destinations(listed)
     for step in listed:
-        walker.step(step)
+        walker = walker.after(step)
     return walker.result()
 
 
@@ -76,12 +78,36 @@ class _Walker(Acting):
         """
         out: set[str] = set()
         for step in steps[:_MOST]:
-            for clause in clauses(step) if len(step.text) <= _LONGEST else ():
+            for clause in clauses(relabelled(step, self.scene)) if len(step.text) <= _LONGEST else ():
                 for p in clause.phrases:
                     found = resolve_places(p.parts, self.scene, Talk()) if p.kind == "Destination" else None
                     if isinstance(found, Found) and not found.vague:
                         out.update(found.ids)
         return frozenset(out)
+
+    def after(self, step: LabelledStep) -> _Walker:
+        """The walker after a step: of the ways to read it, the one that the probabilities and the map bear out."""
+        if len(step.readings) < 2 or len(step.text) > _LONGEST:
+            self.step(step)
+            return self
+        trials: list[Trial[_Walker]] = []
+        for reading in step.readings:
+            walker = self.fork()
+            errors = walker.errors()
+            walker.step(replace(step, spans=reading.spans, confidence=1.0, readings=()))
+            clean = walker.errors() <= errors
+            trials.append(Trial(walker, reading.probability, clean, walker.ledger.standing()))
+        chosen = weigh(trials, self.ledger.standing(), self.threshold)
+        if chosen is None:
+            self.now = step
+            self.unsure(step)
+            return self
+        if chosen is not trials[0]:
+            chosen.value.note(NoteKind.CORRECTED, "the step is read as the map has it", Extent(0, len(step.text)))
+        return chosen.value
+
+    def errors(self) -> int:
+        return sum(d.severity is Severity.ERROR for d in self.diagnostics)
 
     def step(self, step: LabelledStep) -> None:
         self.now = step
@@ -92,7 +118,11 @@ class _Walker(Acting):
         if certainty(step) < self.threshold and step.spans:
             self.unsure(step)
             return
-        found = clauses(told_as_placing(step))
+        step = relabelled(step, self.scene)
+        self.mentioned, self.used = mentioned(step, self.scene), []
+        self.ordered = arrangement(step.text) is not None
+        found = clauses(step)
+        self.use(*(t for c in found for p in c.phrases for t in p.parts))
         if not found and self.names_both(step):
             self.complain("E305", "no action is named", whole, "do what?", "begin the step with a verb")
             return
@@ -106,6 +136,11 @@ class _Walker(Acting):
                     self.clause(part)
             except Stop:
                 continue
+        for extent in unread(step, self.scene, self.used):
+            words = extent.cut(step.text)
+            self.complain(
+                "E314", f"`{words}` is named, and what for is not understood", extent, "", "say it in a step of its own"
+            )
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
 
@@ -148,6 +183,13 @@ class _Walker(Acting):
         if clause.negated:
             self.left_out(clause, "says what not to do")
             return
+        if clause.heading:
+            self.mention(things)
+            self.left_out(clause, "tells beforehand what follows")
+            return
+        if self.idiom(clause):
+            self.left_out(clause, "changes no goal")
+            return
         if clause.conditional:
             self.contingency(clause, verb)
             return
@@ -163,10 +205,21 @@ class _Walker(Acting):
             self.moves(clause, things)
         elif verb.is_("exchange"):
             self.exchange(clause, things)
+        elif verb.is_("leaving") and not things.destinations and self.stays(things):
+            self.left_out(clause, "changes no goal")
         elif verb.templates:
             self.act(clause, verb, things)
         else:
             self.without_template(clause, verb, things)
+
+    def idiom(self, clause: Clause) -> bool:
+        """ "Take a look", "have a break": the noun tells what is done."""
+        after = [t.text for t in tokens(self.now.text, clause.extent.end)][:3]
+        return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 2 if after[0] in {"a", "an"} else 1])
+
+    def stays(self, things: Group) -> bool:
+        """ "Leave object 6 where it is"."""
+        return any(_STAYS.match(self.now.text, p.extent.end) for p in things.targets)
 
     def verb(self, clause: Clause) -> Verb:
         words = [t.text for t in tokens(clause.action) if t.word]
@@ -191,11 +244,18 @@ class _Walker(Acting):
     def ellipsis(self, clause: Clause, things: Group) -> None:
         """A step without an action: as the step before, if that put something somewhere."""
         templates = self.last or tuple(sorted(self.placing(), key=lambda t: "_" in t.name))
+        if things.targets and not things.destinations and self.likewise():
+            self.again(clause, things)
+            return
         if things.targets and things.destinations and templates:
             self.note(NoteKind.INFERRED, f"no action is named: read as `{templates[0].name}`", clause.extent)
             self.act(clause, Verb("", templates[0].name, templates), things)
             return
         self.complain("E305", "no action is named", clause.extent, "do what?", "begin the step with a verb")
+
+    def likewise(self) -> bool:
+        """Whether a step without an action says that it is as the one before ("same for object 2", "object 2 too")."""
+        return any(lexicon().is_(t.text, "likewise", "same") for t in tokens(self.now.text))
 
     def without_template(self, clause: Clause, verb: Verb, things: Group) -> None:
         if (verb.is_("idle") and not verb.is_("motion")) or (
@@ -205,6 +265,9 @@ class _Walker(Acting):
             self.left_out(clause, "changes no goal")
         elif verb.is_("motion") and not things.targets:
             self.moves(clause, things)
+        elif verb.is_("reaching") and all(self.quiet(p) for p in things.targets):
+            self.mention(things)
+            self.left_out(clause, "changes no goal")
         else:
             self.unknown_action(clause, verb)
 
@@ -228,7 +291,8 @@ class _Walker(Acting):
             return
         pending = tuple(self.ledger.pending)
         placing = self.placing()
-        if pending and things.destinations and placing:
+        known = pending or (not gripper and bool(things.targets) and all(self.quiet(p) for p in things.targets))
+        if known and things.destinations and placing:
             self.act(clause, Verb("", placing[0].name, placing), things)
             return
         if pending and self.ledger.carried is not None and placing:
@@ -248,6 +312,12 @@ class _Walker(Acting):
     def again(self, clause: Clause, things: Group) -> None:
         """ "Do the same for objects 2 and 4": as before, if the place before holds more than one thing."""
         targets = [p for p in things.phrases if not p.about("talk")]
+        to = tuple(p for p in targets if not self.quiet(p) and self.places_of(p))
+        if to and self.last and len(to) < len(targets):  # "repeat it for object 2 on position 12"
+            things = Group(tuple(p for p in targets if p not in to), to)
+            self.note(NoteKind.INFERRED, f"as before: read as `{self.last[0].name}`", clause.extent)
+            self.bring(clause, self.last, things, ())
+            return
         ids = tuple(dict.fromkeys(i for p in targets for i in self.quiet(p)))
         fresh = tuple(i for i in ids if i not in self.ledger.handled)
         if not ids and targets and not targets[0].about("rest"):
@@ -286,6 +356,8 @@ class _Walker(Acting):
                 continue
             try:
                 self.group(clause, templates, kept, excluded)
+            except Open:
+                continue
             except Stop:
                 self.lost = True
                 self.targets = ((), -9)
@@ -340,7 +412,12 @@ class _Walker(Acting):
             told = "; ".join(n.text for n in self.notes[:3])
             self.complain("E340", "no step asks for anything that changes the scene", Extent(-1, -1), "", told)
         notes = (*self.notes, *self.ledger.notes)
-        return ParseResult(goals, tuple(sorted(notes, key=lambda n: n.step_number)), tuple(self.diagnostics))
+        moves = tuple(
+            Move(e.target, e.place, e.goal(), e.note is not None)
+            for e in self.ledger.moves
+            if e.target is not None and e.place is not None
+        )
+        return ParseResult(goals, tuple(sorted(notes, key=lambda n: n.step_number)), tuple(self.diagnostics), moves)
 
 
 def _sides(clause: Clause) -> tuple[tuple[Phrase, ...], tuple[Phrase, ...], tuple[Phrase, ...]]:

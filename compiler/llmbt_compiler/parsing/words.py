@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
 
-__all__ = ["Lexicon", "Token", "closest", "distance", "lemmas", "lexicon", "singulars", "tokens"]
+__all__ = ["Lexicon", "Size", "Token", "closest", "distance", "lemmas", "lexicon", "singulars", "tokens"]
 
 _LONGEST = 40
 """Longer tokens are never taken for a slip of something else."""
@@ -24,7 +24,8 @@ _LONGEST = 40
 class Token:
     """A run of letters or of digits, or one mark, in lower case; `start` and `end` are offsets into the text.
 
-    `glued`: no space parts it from the token before. Number words carry their value in `number` as well.
+    `glued`: no space parts it from the token before; `owner`: it ended in 's, which is cut off. Number words carry
+    their value in `number` as well.
     """
 
     text: str
@@ -32,6 +33,7 @@ class Token:
     end: int
     glued: bool = False
     number: str | None = None
+    owner: bool = False
 
     @property
     def word(self) -> bool:
@@ -44,6 +46,15 @@ class Token:
         return self.number is not None and not self.word
 
 
+@dataclass(frozen=True, slots=True)
+class Size:
+    """A word that orders things: by `measure` ("size", "height"), the most or the least of it; `pair`: of two."""
+
+    measure: str
+    most: bool
+    pair: bool
+
+
 @dataclass(frozen=True)
 class Lexicon:
     """The word lists of `words.toml`, by section and name."""
@@ -53,7 +64,10 @@ class Lexicon:
     irregular: Mapping[str, str]
     function: Mapping[str, frozenset[str]]
     objects: frozenset[str]
+    anything: frozenset[str]
     places: frozenset[str]
+    shapes: Mapping[str, frozenset[str]]
+    sizes: Mapping[str, Size]
     groups: tuple[frozenset[str], ...]
     numbers: Mapping[str, int]
     ordinals: Mapping[str, int]
@@ -63,8 +77,8 @@ class Lexicon:
         return any(word in self.function[name] for name in lists)
 
     def alike(self, word: str) -> frozenset[str]:
-        """A noun with its synonyms."""
-        return frozenset({word}).union(*(g for g in self.groups if word in g))
+        """A noun with its synonyms, an adjective of shape with the shapes it fits."""
+        return frozenset({word}).union(*(g for g in self.groups if word in g), self.shapes.get(word, ()))
 
     @property
     def known(self) -> frozenset[str]:
@@ -84,6 +98,9 @@ def lexicon() -> Lexicon:
         irregular=verbs["irregular"],
         function={k: frozenset(v) for k, v in raw["function"].items()},
         objects=frozenset(raw["nouns"]["objects"]),
+        anything=frozenset(raw["nouns"]["anything"]),
+        shapes={k: frozenset(v) for k, v in raw["nouns"]["shapes"].items()},
+        sizes={k: Size(v[0], v[1] == "most", len(v) > 2) for k, v in raw["nouns"]["sizes"].items()},
         places=frozenset(raw["nouns"]["places"]),
         groups=tuple(frozenset(g) for g in raw["nouns"]["groups"]),
         numbers=raw["numbers"],
@@ -129,7 +146,9 @@ def tokens(text: str, start: int = 0, end: int | None = None) -> tuple[Token, ..
         if not word or (not word[0].isalnum() and kind != "-"):
             continue
         number = (word.lstrip("0") or "0") if kind == "9" else None
-        out.append(Token(word, start + a, start + b, glued, number))
+        owner = raw.endswith(("'s", "’s")) and len(word) > 2
+        word = word[:-1] if owner else word
+        out.append(Token(word, start + a, start + b, glued, number, owner))
     return tuple(_numbered(_decimals(out)))
 
 

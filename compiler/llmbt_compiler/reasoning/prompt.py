@@ -52,6 +52,7 @@ TEMPLATE_NUMBER = 2
 MAX_REQUEST_CHARS = 2_000
 MAX_NAME_CHARS = 80
 MAX_FACT_CHARS = 2_000
+MAX_QUESTION_CHARS = 500
 MAX_PROMPT_CHARS = 60_000
 MAX_DEPTH = 12
 
@@ -149,14 +150,16 @@ def build_prompt(request: str, semantic_map: SemanticMap, library: Library, *, r
     return Prompt(messages, template_version())
 
 
-def continue_prompt(prompt: Prompt, reply: str, answer: str) -> Prompt:
-    """The dialogue after a QUESTION: what the model said, and what the user answers. E120, E121 as above."""
+def continue_prompt(prompt: Prompt, reply: str, answer: str, *, question: str = "") -> Prompt:
+    """The dialogue after a question: what the model said, and what the user answers; `question` is what was asked where
+    it was not the model that asked. E120, E121 as above."""
     line = clean(answer, MAX_REQUEST_CHARS + 1)
     if not line or len(line) > MAX_REQUEST_CHARS:
         raise LlmbtError(
             Diagnostic("E121" if line else "E120", f"the answer is {'too long' if line else 'empty'}", Span("answer"))
         )
-    said = _render("answer", answer=quoted(line, MAX_REQUEST_CHARS))
+    asked = quoted(question, MAX_QUESTION_CHARS) if question else ""
+    said = _render("answer", answer=quoted(line, MAX_REQUEST_CHARS), question=asked)
     return Prompt((*prompt.messages, ("assistant", _speakable(reply)), ("user", said)), prompt.template_version)
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from llmbt_ir.geometry import Pose, Vec3
 from llmbt_ir.scene import Camera, Scene
 from llmbt_runtime.bullet.client import BulletClient
-from llmbt_runtime.bullet.robot import TIP, load_panda
+from llmbt_runtime.bullet.robot import load_robot
 from llmbt_runtime.bullet.scene_builder import add_bodies, add_fixtures, mark_slots
 from llmbt_runtime.perception.rgbd import RgbdImage
 
@@ -48,7 +48,8 @@ class _Shadow:
         add_fixtures(client, scene, visible=True)
         if detailed:
             mark_slots(client, scene)
-        self.robot = load_panda(client, scene.robot_xyz_m, scene.robot_yaw_rad, visible=detailed)
+        loaded = load_robot(client, scene, visible=detailed)
+        self.robot, self.tip = loaded.body, loaded.joints.tip
         self._bodies = add_bodies(client, scene, visible=True)
         self._detailed = detailed
 
@@ -144,7 +145,7 @@ class DepthCameras:
         """Where the fingers meet, by the joints."""
         self._shadow.set(Snapshot(joints, {}))
         client, robot = self._shadow.client, self._shadow.robot
-        xyz, quat = client.getLinkState(robot, TIP, computeForwardKinematics=1)[4:6]
+        xyz, quat = client.getLinkState(robot, self._shadow.tip, computeForwardKinematics=1)[4:6]
         return Pose(tuple(xyz), tuple(quat))
 
     def close(self) -> None:
@@ -187,7 +188,8 @@ def render_png(
     """Write a picture of the world as it is now; drawn at twice the size and averaged."""
     renderer = Renderer(world.scene)
     try:
-        large = renderer.draw(world.snapshot(), camera or DEFAULT_CAMERA, 2 * width, 2 * height)
+        camera = camera or next(iter(world.scene.cameras), DEFAULT_CAMERA)
+        large = renderer.draw(world.snapshot(), camera, 2 * width, 2 * height)
     finally:
         renderer.close()
     small = large.reshape(height, 2, width, 2, 3).mean(axis=(1, 3))

@@ -26,10 +26,7 @@ NO_CHANGE = Change()
 
 def change_between(before: Facts, after: Facts) -> Change:
     """What leads from one state to another. The same object costs nothing; otherwise the cost is that of the states."""
-    if before is after:
-        return NO_CHANGE
-    added, removed = after - before, before - after
-    return Change(added, removed) if added or removed else NO_CHANGE
+    return NO_CHANGE if before is after or before == after else Change(after - before, before - after)
 
 
 class FactBase:

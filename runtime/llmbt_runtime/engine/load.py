@@ -113,7 +113,10 @@ class _Loader:
                 raise LlmbtError(self.faults[-1])
             self.conditions(here.index)
             if d[here.index].tag == "SubTree":
-                stack.append(self.called(here))
+                if d[here.index].get("ID") in d.by_id:
+                    stack.append(self.called(here))
+                else:  # where an <include> was not followed, the linter says nothing
+                    self.fault("E051", f"no <BehaviorTree> named `{d[here.index].get('ID')}`", here.index)
                 continue
             number = self.add(here)
             below = d.kids(here.index)

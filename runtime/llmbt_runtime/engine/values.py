@@ -34,6 +34,7 @@ class Values:
         self.program = program
         self.evaluations = 0
         self._changed = changed
+        self._parents, self._ranks, self._readers = program.parents, program.ranks, program.readers
         nodes = program.nodes
         self.go_on = [SUCCEEDS if n.op in SEQUENCES else FAILS if n.op in FALLBACKS else NO_COMPOSITE for n in nodes]
         self.value = [NEEDS] * len(nodes)
@@ -53,11 +54,11 @@ class Values:
 
     def learn(self, change: Change) -> None:
         """Bring the values up to date: each node that is touched is looked at once, children first."""
-        readers, nodes = self.program.readers, self.program.nodes
+        nodes = self.program.nodes
         touched: list[int] = []
         for facts, holds in ((change.removed, FAILS), (change.added, SUCCEEDS)):
             for fact in facts:
-                for leaf in readers.get(fact, ()):
+                for leaf in self._readers.get(fact, ()):
                     self.evaluations += 1
                     condition = nodes[leaf].condition
                     assert condition is not None
@@ -91,12 +92,12 @@ class Values:
         if self.value[n] == value:
             return
         self.value[n] = value
-        parent = self.program.parents[n]
+        parent = self._parents[n]
         if parent < 0:
             return
         go_on = self.go_on[parent]
         if go_on != NO_COMPOSITE:
-            bit = 1 << self.program.ranks[n]
+            bit = 1 << self._ranks[n]
             if value == go_on:
                 self.stops[parent] &= ~bit
             else:

@@ -7,7 +7,7 @@ a literal that cannot be reached with all deletes ignored cannot be reached at a
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import NamedTuple
 
@@ -42,6 +42,7 @@ class HTable:
     facts: Facts
     _costs: list[float]
     _excluded: frozenset[int]
+    _best: dict[int, int] = field(default_factory=dict, repr=False)
 
     def __getitem__(self, literal: Condition) -> float:
         if literal.negated:
@@ -84,6 +85,35 @@ class HTable:
                 found.append(Ranked(cost, len(op.deletes), op.rank, op.template, op.args, a))
         found.sort()
         return found
+
+    def relaxed_plan(self, literal: Condition) -> frozenset[int]:
+        """The actions, by number, that bring a literal about with all deletes ignored: of each literal the achiever of
+        the cheapest preconditions, the first of several."""
+        i = self.task.number.get(literal.fact)
+        found: set[int] = set()
+        open_ = [] if i is None else [2 * i + literal.negated]
+        while open_:
+            p = open_.pop()
+            if p not in self._best:
+                self._best[p] = self._best_achiever(p)
+            best = self._best[p]
+            if best >= 0 and best not in found:
+                found.add(best)
+                open_ += self.task.ops[best].pre
+        return frozenset(found)
+
+    def _best_achiever(self, p: int) -> int:
+        """-1 where the literal holds or cannot be reached."""
+        ops, costs = self.task.ops, self._costs
+        adders = (self.task.deleters if p & 1 else self.task.adders).get(p >> 1, ())
+        cost, best = min(
+            ((sum([costs[q] for q in ops[a].pre]), a) for a in adders if a not in self._excluded), default=(inf, -1)
+        )
+        return best if cost != inf and self[self._literal(p)] else -1
+
+    def _literal(self, p: int) -> Condition:
+        fact = self.task.facts[p >> 1]
+        return ~fact if p & 1 else fact
 
     def action(self, ranked: Ranked) -> GroundAction:
         """The ground action of an achiever."""

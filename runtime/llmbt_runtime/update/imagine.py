@@ -8,7 +8,7 @@ from llmbt_ir.tree import Tree
 from llmbt_runtime.search import HTable, h_add
 from llmbt_runtime.search.task import task_of
 from llmbt_runtime.update.grown import Grown
-from llmbt_runtime.update.local import Move, cheapest_goal, drop_excluded, repair
+from llmbt_runtime.update.local import Move, drop_excluded, helpful_goal, repair
 from llmbt_runtime.update.rollout import Certificate, StuckKind, rollout
 from llmbt_runtime.update.step import Step
 
@@ -29,11 +29,13 @@ def imagine(
     excluded: frozenset[ActionCall] = frozenset(),
     plan: tuple[GroundAction, ...] = (),
     within: str | None = None,
+    re_expand: bool = True,
 ) -> Grown | None:
     """Grow a tree by the local rule in the symbolic world, until it is certified from `facts`; None where the rule
     ends short of that.
 
     `within` is the branch of the alternative that is to be reached; with a `plan` only its actions are used.
+    `re_expand` as in `repair`.
     """
     task = task_of(domain, facts)
     if plan:
@@ -62,9 +64,9 @@ def imagine(
         costs = tables.get(state)
         if costs is None:
             costs = tables[state] = h_add(domain, state, excluded=excluded, task=task)
-        mended = None if plan else cheapest_goal(tree, outcome, costs, within or tree.root, moved)
+        mended = None if plan else helpful_goal(tree, outcome, costs, within or tree.root, moved)
         if mended is None:
-            mended = repair(tree, outcome, domain, costs, moved=moved, within=within)
+            mended = repair(tree, outcome, domain, costs, moved=moved, within=within, re_expand=re_expand)
             if mended is None:
                 return None
             if mended.step.kind == "move":

@@ -15,7 +15,7 @@ from llmbt_runtime.update.edit import achievers_in, ancestor_conditions, expand,
 from llmbt_runtime.update.rollout import Stuck
 from llmbt_runtime.update.step import Step
 
-__all__ = ["Move", "Repair", "cheapest_goal", "drop_excluded", "repair"]
+__all__ = ["Move", "Repair", "drop_excluded", "helpful_goal", "repair"]
 
 MAX_CANDIDATES = 100
 """Of the achievers of a condition, the best so many are looked at."""
@@ -41,18 +41,20 @@ def repair(
     *,
     moved: frozenset[Move] = frozenset(),
     within: str | None = None,
+    re_expand: bool = True,
 ) -> Repair | None:
     """The edit for a tree that failed, or None where the local rule knows none.
 
     `h` gives the cost of each literal from the state in which the tree failed, and the actions that may be used.
-    `within` confines the edit to a branch: that of the alternative that is to be reached.
+    `within` confines the edit to a branch: that of the alternative that is to be reached. Without `re_expand` a
+    condition gets one achiever and no further one: for comparison only.
     """
     inside = {n.id for n in tree.preorder(within)}
     leaves = tuple(i for i in stuck.record.failed_leaves() if i in inside and tree[i].condition is not None)
     failed = next((i for i in leaves if _unexpanded(tree, i)), None)
     if failed is None:
-        return _further(tree, domain, h, leaves)
-    cheaper = _cheaper_ancestor(tree, failed, domain, h)
+        return _further(tree, domain, h, leaves) if re_expand else None
+    cheaper = _cheaper_ancestor(tree, failed, domain, h) if re_expand else None
     if cheaper is not None:
         return Repair(*cheaper, moved)
     condition = tree[failed].condition
@@ -87,28 +89,37 @@ def repair(
                 reason=f"{found[0]} would undo {f}, so {head} comes before it",
             )
             return Repair(tree.move_before(j, i), step, moved | {(j, i)})
-    further = _further(tree, domain, h, ancestor_conditions(tree, failed))
+    further = _further(tree, domain, h, ancestor_conditions(tree, failed)) if re_expand else None
     return further and Repair(further.tree, further.step, moved)
 
 
-def cheapest_goal(tree: Tree, stuck: Stuck, h: HTable, top: str, moved: frozenset[Move]) -> Repair | None:
-    """Of the goals that do not hold and are not expanded, the cheapest comes first; None where it does.
+def helpful_goal(tree: Tree, stuck: Stuck, h: HTable, top: str, moved: frozenset[Move]) -> Repair | None:
+    """A goal that comes before the one that failed: it is nearer, and the way to it has a part in common with the
+    other's way, or with that of a goal of which this is true in turn (what stands in the way has a goal of its own, and
+    something else stands there). None where there is no such one: then the goals stay as they were stated.
 
-    `top` is the Sequence of the goals. What is cheap now may be dear once another goal stands in its way.
+    `top` is the Sequence of the goals; only goals that are not expanded change places.
     """
     goals = tree[top].children
-    waiting = [g for g in goals if (c := tree[g].condition) is not None and not holds(c, stuck.facts)]
     failed = next((i for i in stuck.record.failed_leaves() if tree[i].condition is not None), None)
-    if failed is None or failed not in waiting:
+    if failed not in goals:
         return None
-    cost = {g: h.total((c,)) for g in waiting if (c := tree[g].condition) is not None}
-    best = min(waiting, key=lambda g: (cost[g], goals.index(g)))
-    if cost[best] >= cost[failed] or (best, failed) in moved:
+    waiting = {g: c for g in goals if (c := tree[g].condition) is not None and not holds(c, stuck.facts)}
+    if all(h[c] >= h[waiting[failed]] for c in waiting.values()):
         return None
-    goal, other = tree[best].condition, tree[failed].condition
-    step = Step(
-        "move", best, str(goal), before=failed, reason=f"from here {goal} is nearer ({cost[best]:.0f}) than {other}"
-    )
+    ways = {g: h.relaxed_plan(c) for g, c in waiting.items()}
+    joined, open_ = {failed}, [failed]
+    while open_:
+        way = ways[open_.pop()]
+        more = [g for g in waiting if g not in joined and not way.isdisjoint(ways[g])]
+        joined.update(more)
+        open_ += more
+    best = min((g for g in goals if g in joined), key=lambda g: h[waiting[g]])
+    goal, other = waiting[best], waiting[failed]
+    if h[goal] >= h[other] or (best, failed) in moved:
+        return None
+    reason = f"{goal} is nearer from here ({h[goal]:.0f} to {h[other]:.0f}), and on the way to {other}"
+    step = Step("move", best, str(goal), before=failed, reason=reason)
     return Repair(tree.move_before(best, failed), step, moved | {(best, failed)})
 
 

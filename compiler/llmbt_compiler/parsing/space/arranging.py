@@ -9,7 +9,8 @@ from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.model import Extent
-from llmbt_compiler.parsing.resolve import ANYWHERE, ORIGIN, Fault, Found, resolve_objects
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import natural
 from llmbt_compiler.parsing.space.orders import Arrangement
 from llmbt_compiler.parsing.space.reading import ONTO, Reading, named

@@ -155,6 +155,8 @@ def rank_of(tokens: Sequence[Token], start: int, end: int) -> Ranked | None:
     parts = list(tokens[start:end])
     number, said = _ordinal(parts)
     best = next((t for t in parts if t.text in _SUPERLATIVES), None)
+    if best is not None and any(t.text in lexicon().numbers for t in parts):
+        return None  # "the two smallest": a number of things, and not the one of a rank
     if best is not None:
         return Ranked(_without(parts, (*said, best)), _SUPERLATIVES[best.text], number or 1, end)
     for k in range(start + 1, min(end, len(tokens) - 1) + 1):

@@ -42,6 +42,9 @@ _DIRECTIONS = tuple(
         ("back", r"\s+to\s+(?:the\s+)?front"),
     )
 )
+_BEGINNING = _words(
+    r"(?:starting|beginning|start|begin)\s+(?:on|from|at|with)\s+the\s+(?:very\s+|far\s+)?(?P<end>left|right|front|back)"
+)
 _ENDING = _words(
     rf"(?P<what>{_SMALL}|{_LARGE}|short\w*|tall\w*)\s+(?:one\s+|block\s+|object\s+)?(?:is\s+|goes\s+|being\s+)?"
     r"(?:(?:on|to|at|onto)\s+the\s+(?:far\s+)?(?P<end>left|right|front|back)|(?P<most>leftmost|rightmost))"
@@ -97,6 +100,10 @@ def arrangement(text: str, start: int = 0, end: int | None = None) -> Arrangemen
             lead = _LEAD.search(text, start, hit.start())
             found.append((lead.start() if lead is not None else hit.start(), hit.end()))
             break
+    beginning = _BEGINNING.search(text, start, stop)
+    if beginning is not None and found:
+        direction = beginning["end"].lower()
+        found.append(beginning.span())
     ending = _ENDING.search(text, start, stop)
     if ending is not None:
         found.append(ending.span())

@@ -8,7 +8,8 @@ from dataclasses import replace
 from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.clauses import Clause, Phrase
 from llmbt_compiler.parsing.model import Extent
-from llmbt_compiler.parsing.resolve import Fault, Found, resolve_objects
+from llmbt_compiler.parsing.names import Fault, Found
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.space.expressions import Ranked, Relation, rank_of, relations
 from llmbt_compiler.parsing.space.reading import ONTO, STOPS, Reading, name_end, named
 from llmbt_compiler.parsing.space.world import Wanted, said

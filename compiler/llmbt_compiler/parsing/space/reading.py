@@ -9,7 +9,8 @@ from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.acts import Acting
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.model import Extent
-from llmbt_compiler.parsing.resolve import ANYWHERE, ORIGIN, Found, resolve_places
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.space.expressions import Relation, relations
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.verbs import Verb

@@ -11,7 +11,9 @@ from dataclasses import dataclass, field, replace
 
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.model import Extent
-from llmbt_compiler.parsing.resolve import ANYWHERE, ORIGIN, Fault, Found, Talk, resolve_objects, resolve_places
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import Ranked, Relation
 from llmbt_compiler.parsing.words import Token, lexicon

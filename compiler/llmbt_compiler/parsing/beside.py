@@ -1,0 +1,88 @@
+"""What a step names outside its keywords: said on the side, or missed by the tagger. The first is what "it" may mean,
+the second must not be lost silently.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise, takewhile
+
+from llmbt_compiler.parsing.model import Extent, LabelledStep
+from llmbt_compiler.parsing.names import exactly_named
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
+
+__all__ = ["mentioned", "mentions", "unread"]
+
+_MARKS = frozenset({",", ".", ";", ":"})
+_ASIDE = ("subordinate", "except", "negation", "stative")
+
+
+def mentions(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, Token]]:
+    """Where a text spells the id or the name of a thing of the map: the first and the last token of each, the longest
+    names first, none in another."""
+    names = scene.spelled
+    longest = max((len(n) for n in names), default=0)
+    keys = [t.number if t.number is not None else t.text for t in parts]
+    i = 0
+    while i < len(parts):
+        size = next((n for n in range(min(longest, len(parts) - i), 0, -1) if tuple(keys[i : i + n]) in names), 0)
+        if size:
+            yield parts[i], parts[i + size - 1]
+        i += size or 1
+
+
+def _free(step: LabelledStep, first: Token, last: Token) -> bool:
+    return not any(s.start < last.end and first.start < s.end for s in step.spans)
+
+
+def mentioned(step: LabelledStep, scene: Scene) -> tuple[str, ...]:
+    """The objects that a step names outside its keywords."""
+    parts = tokens(step.text)
+    names = [
+        [t for t in parts if first.start <= t.start <= last.start]
+        for first, last in mentions(parts, scene)
+        if _free(step, first, last)
+    ]
+    return tuple(dict.fromkeys(e.id for n in names for e in exactly_named(n, scene.objects)))
+
+
+def unread(step: LabelledStep, scene: Scene, used: Sequence[Extent]) -> tuple[Extent, ...]:
+    """Where a step names things outside its keywords and outside what was `used` beside them, and not in passing."""
+    parts = tokens(step.text)
+    found: list[Extent] = []
+    for first, last in (*mentions(parts, scene), *_described(parts, scene)):
+        extent = Extent(first.start, last.end)
+        known = any(u.start < extent.end and extent.start < u.end for u in (*used, *found))
+        if _free(step, first, last) and not known and not _aside(parts, first, step):
+            found.append(extent)
+    return tuple(sorted(found))
+
+
+def _described(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, Token]]:
+    """ "The green ones", "slot 2", "the second position": no names, but nothing else than things of the map."""
+    lex = lexicon()
+    for t in parts:
+        if t.text == "ones" or t.text in scene.colours:
+            yield t, t
+    for a, b in pairwise(parts):
+        place = b.text in scene.generic(False) or b.text in scene.vocabulary(False)
+        if (a.word and a.text in scene.generic(False) and b.digits) or (place and a.text in lex.ordinals):
+            yield a, b
+
+
+def _aside(parts: Sequence[Token], first: Token, step: LabelledStep) -> bool:
+    """Whether a name that begins at `first`, outside the keywords, stands where a step speaks of other things: in a
+    parenthesis, in a clause of its own ("because", "which", "without"), or right behind a keyword that it narrows down
+    ("position 12 on shelf level 1")."""
+    lex = lexicon()
+    opened = sum((t.text in {"(", "["}) - (t.text in {")", "]"}) for t in parts if t.start < first.start)
+    if opened > 0:
+        return True
+    ends = [s.end for s in step.spans if s.end <= first.start]
+    before = [t for t in parts if max(ends, default=0) <= t.start < first.start]
+    inner = bool(ends) and bool(before) and lex.is_(before[0].text, "inner")
+    marks = any(t.text in _MARKS or lex.is_(t.text, "joints") for t in before)
+    after = takewhile(lambda t: t.text not in _MARKS, (t for t in parts if t.start > first.start))
+    told = any(lex.is_(t.text, "stative") for t in after) if not ends else False
+    return (inner and not marks) or told or any(lex.is_(t.text, *_ASIDE) for t in before)

@@ -1,0 +1,262 @@
+"""Objects held against the map: which a phrase means. Never a guess between two equals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from llmbt_compiler.parsing.model import Extent
+from llmbt_compiler.parsing.names import (
+    SHOWN,
+    Fault,
+    Found,
+    Talk,
+    ambiguous,
+    borrowed,
+    corrections,
+    exactly_named,
+    ids_of,
+    joined,
+    listed,
+    numbered,
+    says,
+    unknown,
+)
+from llmbt_compiler.parsing.phrase import Description, conjuncts, describe, split_exception, split_place
+from llmbt_compiler.parsing.places import resolve_places
+from llmbt_compiler.parsing.scene import Entity, Scene
+from llmbt_compiler.parsing.words import Token, lexicon, singulars
+
+__all__ = ["resolve_objects"]
+
+
+def resolve_objects(
+    parts: Sequence[Token], scene: Scene, talk: Talk, *, at: tuple[str, ...] = (), picking: bool = False
+) -> Found | Fault:
+    """The objects that a phrase means. `at`: only those on these places; `picking`: it is to be picked up.
+
+    Faults: E301 unknown, E304 fits several, E307 contradicts the map.
+    """
+    exact = exactly_named(parts, scene.objects)
+    if len(exact) == 1:
+        return Found((exact[0].id,), words=())
+    parts = _content(parts, scene)
+    head, inner = split_place(parts) if split_exception(parts) is None else (tuple(parts), ())
+    if inner:
+        place = resolve_places(inner, scene, talk)
+        if isinstance(place, Fault):
+            return place
+        at = at + place.ids
+    parted = split_exception(head)
+    if parted is not None:
+        return _without(*parted, scene, talk, at, picking)
+    groups = conjuncts(head)
+    if not groups:
+        return Fault("E305", "no object is named", Extent(parts[0].start, parts[-1].end), "what?")
+    descriptions = borrowed([describe(g, scene, True) for g in groups])
+    found: list[Found] = []
+    for d, group in zip(descriptions, groups, strict=True):
+        exact = exactly_named(group, scene.objects)
+        one = Found((exact[0].id,)) if len(exact) == 1 else _objects(d, says(group), scene, talk, at, picking)
+        if isinstance(one, Fault):
+            return one
+        found.append(one)
+    return joined(found)
+
+
+def _content(parts: Sequence[Token], scene: Scene) -> Sequence[Token]:
+    """ "Carton of milk" is the milk, where the map knows no carton."""
+    lex = lexicon()
+    for i, t in enumerate(parts[:-1]):
+        vessel = i and t.text == "of" and lex.is_(next(singulars(parts[i - 1].text)), "vessels")
+        if vessel and parts[i - 1].text not in scene.vocabulary(True):
+            return (*(p for p in parts[: i - 1] if lex.is_(p.text, "articles")), *parts[i + 1 :])
+    return parts
+
+
+def _without(
+    head: Sequence[Token],
+    exception: Sequence[Token],
+    scene: Scene,
+    talk: Talk,
+    at: tuple[str, ...],
+    picking: bool,
+) -> Found | Fault:
+    """ "all blocks that are not green", "everything except object 1": what the head means but the exception. One that
+    is not plainly understood is E304, never ignored."""
+    whole = resolve_objects(head, scene, talk, at=at, picking=picking) if head else Found(ids_of(scene.objects))
+    if isinstance(whole, Fault):
+        return whole
+    extent = Extent((*head, *exception)[0].start, (*head, *exception)[-1].end)
+    out: list[str] = []
+    for group in conjuncts(exception):
+        d = describe(group, scene, True)
+        adjective = bool(d.texts) and not d.unknown and set(d.texts) <= scene.colours and not (d.head or d.numbers)
+        counted = d.count is not None or d.indefinite or all(t.word and t.number is not None for t in group)
+        if adjective and not d.definite:
+            out += [e.id for e in scene.objects if all(scene.fits(e, w) for w in d.texts)]
+            continue
+        found = None if counted else resolve_objects(group, scene, Talk(where=talk.where))
+        if not isinstance(found, Found):
+            said = says(group)
+            ids = whole.ids[:SHOWN]
+            return Fault("E304", f"what `{said}` leaves out is not clear", extent, "which?", "name the objects", ids)
+        out += found.ids
+    ids = tuple(i for i in whole.ids if i not in out)
+    if not ids or not out:
+        return Fault(
+            "E304", f"`{says((*head, *exception))}` leaves nothing clear", extent, "which?", "name the objects"
+        )
+    return Found(ids, whole.corrected, whole.chosen, whole.words)
+
+
+def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str, ...], picking: bool) -> Found | Fault:
+    if d.pronoun == "one":
+        return _one_of(d, said, talk)
+    if d.pronoun in {"former", "latter"}:
+        known = talk.targets or talk.pending
+        one = known[:1] if d.pronoun == "former" else known[1:]
+        if d.pronoun == "latter" and len(talk.pending) == 1:  # the former has been put down
+            return Found(talk.pending)
+        return Found(one) if len(known) == 2 else ambiguous(d, known, said, "of which two?")
+    if d.pronoun or (d.same and not d.numbers):
+        return _referred(d, said, talk)
+    if d.unknown:
+        return unknown(d, scene, True, said)
+    corrected = corrections(d)
+    if d.numbers or d.ranges:
+        hits = numbered(d, scene, True, said)
+        return hits if isinstance(hits, Fault) else Found(tuple(e.id for e in hits), corrected, words=d.texts)
+    base = [e for e in scene.objects if all(scene.fits(e, w) for w in d.texts)]
+    if at:
+        base = [e for e in base if any(scene.within(talk.where.get(e.id), p) for p in at)]
+        if not base:
+            return Fault(
+                "E301",
+                f"there is no `{said}` on {listed(at)}",
+                d.extent,
+                "not there",
+                _standing(scene, talk, at),
+            )
+    if not base:
+        return unknown(d, scene, True, said)
+    sized = _sized(d, base, said)
+    if isinstance(sized, Fault):
+        return sized
+    chosen = _quantified(d, list(ids_of(sized)), said, scene, talk, picking)
+    return chosen if isinstance(chosen, Fault) else replace(chosen, corrected=corrected, words=d.texts)
+
+
+_MARGIN = 1.05
+
+
+def _sized(d: Description, base: Sequence[Entity], said: str) -> Sequence[Entity] | Fault:
+    """The largest, the smaller one, the two tallest of `base`; E304 where the sizes do not tell them apart."""
+    if not d.size:
+        return base
+    size = lexicon().sizes[d.size]
+    wanted = d.count or (2 if d.both else 1)
+    order = sorted(base, key=lambda e: (-e.measure(size.measure) if size.most else e.measure(size.measure), e.id))
+    if len(order) <= wanted:
+        return order
+    inner, outer = order[wanted - 1 : wanted + 1] if len(order) > wanted else (order[-1], order[-1])
+    small, large = sorted((inner.measure(size.measure), outer.measure(size.measure)))
+    if (size.pair and len(order) != 2) or (d.many and d.count is None) or small <= 0 or large < small * _MARGIN:
+        return ambiguous(d, ids_of(base), said, "their sizes do not tell which")
+    return order[:wanted]
+
+
+def _standing(scene: Scene, talk: Talk, at: tuple[str, ...]) -> str:
+    on = [o for o, p in talk.where.items() if any(scene.within(p, a) for a in at)]
+    return f"on {listed(at)}: {listed(on) if on else 'nothing'}"
+
+
+def _referred(d: Description, said: str, talk: Talk) -> Found | Fault:
+    """What "it", "them" or "the same block" points to."""
+    if talk.lost:
+        return Fault("", "", d.extent)
+    known = talk.targets or talk.pending or talk.mentioned
+    if d.plural or d.both:
+        known = talk.pending if len(talk.pending) > 1 else known
+        if known and not (d.both and len(known) != 2):
+            return Found(known)
+        return Fault("E305", f"`{said}` points to nothing named before", d.extent, "what?", "name the objects")
+    if len(talk.pending) == 1 and talk.pending[0] in known:
+        return Found(talk.pending)
+    if len(known) == 1:
+        return Found(known)
+    if not known:
+        return Fault("E305", f"`{said}` points to nothing named before", d.extent, "what?", "name the object")
+    return ambiguous(d, known, said, "could be several things named before")
+
+
+def _one_of(d: Description, said: str, talk: Talk) -> Found | Fault:
+    """ "One" of those picked up or named just before: the lowest that is still in the hand, or that nothing was done
+    with."""
+    known = talk.pending or tuple(i for i in talk.targets if i not in talk.handled)
+    if not known:
+        return Fault("E304", f"`{said}` of which?", d.extent, "which?", "name the object", talk.targets)
+    return Found(known[:1], chosen=(f"`{said}`: {known[0]} of {listed(known)}",))
+
+
+def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: Talk, picking: bool) -> Found | Fault:
+    """So many of `base` as the phrase says."""
+    wanted = 2 if d.both else d.count
+    if d.rest:
+        left = [i for i in base if i in talk.pending]  # picked up together, and not put down yet
+        base = left if left and d.bare else [i for i in base if i not in talk.handled]
+        single = not d.many and wanted is None
+        if talk.described and (len(base) > 1 if single else wanted is not None and len(base) != wanted):
+            base = [i for i in base if all(scene.fits(scene[i], w) for w in talk.described)]
+        if not base:
+            return Fault("E301", f"`{said}`: nothing is left", d.extent, "all have been dealt with")
+        return _exactly(d, base, 1 if single else wanted, said)
+    if wanted is not None and wanted > 1:
+        if len(base) > wanted and not d.definite and not d.both:
+            return _some(base, wanted, said, talk)
+        if len(base) > wanted and set(talk.targets) <= set(base) and len(talk.targets) == wanted:
+            return Found(talk.targets)
+        return _exactly(d, base, wanted, said)
+    if d.count == 1 and d.plural and not d.all and len(base) > 1:  # "one of the yellow blocks"
+        return _some(base, 1, said, talk)
+    if d.indefinite and d.definite and d.plural and len(base) > 1:  # "some of the green blocks"
+        return ambiguous(d, base, said)
+    colour_alone = bool(d.words) and not (d.head or d.definite or d.indefinite or d.count or d.ordinal)
+    if d.all or d.plural or (colour_alone and set(d.texts) <= scene.colours):  # "red on level 3"
+        return Found(tuple(base))
+    if len(base) == 1:
+        return Found(tuple(base))
+    if d.ordinal is not None:
+        return ambiguous(d, base, said, "the map does not say in which order they count")
+    if d.indefinite or d.count == 1:
+        return _some(base, 1, said, talk)
+    held = [i for i in talk.pending if i in base]
+    if len(held) == 1 and not picking:
+        return Found(tuple(held))
+    if len(talk.targets) == 1 and talk.targets[0] in base and not (picking and talk.targets[0] in talk.handled):
+        return Found(talk.targets)
+    if talk.lost and not d.words:
+        return Fault("", "", d.extent)
+    return ambiguous(d, base, said)
+
+
+def _exactly(d: Description, base: list[str], wanted: int | None, said: str) -> Found | Fault:
+    if wanted is None or len(base) == wanted:
+        return Found(tuple(base))
+    if len(base) > wanted:
+        return ambiguous(d, base, said)
+    return Fault(
+        "E301",
+        f"`{said}`: only {len(base)} of them",
+        d.extent,
+        "too few",
+        f"the map has {listed(base)}",
+        tuple(base),
+    )
+
+
+def _some(base: list[str], wanted: int, said: str, talk: Talk) -> Found:
+    """The first by id of those that nothing has been done with yet."""
+    order = [i for i in base if i not in talk.handled] + [i for i in base if i in talk.handled]
+    ids = tuple(order[:wanted])
+    return Found(ids, chosen=(f"`{said}`: {', '.join(ids)} of {listed(base)}",))

@@ -1,0 +1,192 @@
+"""Places held against the map: which a phrase means. Never a guess between two equals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from llmbt_compiler.parsing.model import Extent
+from llmbt_compiler.parsing.names import (
+    ANYWHERE,
+    ORIGIN,
+    Fault,
+    Found,
+    Talk,
+    ambiguous,
+    borrowed,
+    corrections,
+    exactly_named,
+    ids_of,
+    joined,
+    listed,
+    numbered,
+    says,
+    unknown,
+)
+from llmbt_compiler.parsing.phrase import Description, conjuncts, describe, split_place
+from llmbt_compiler.parsing.scene import Entity, Scene, natural
+from llmbt_compiler.parsing.words import Token, lexicon
+
+__all__ = ["resolve_places"]
+
+
+def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault:
+    """The places that a phrase means, containers as they are named; ANYWHERE and ORIGIN stand for themselves.
+
+    Faults: E302 unknown, E304 fits several, E307 contradicts the map.
+    """
+    exact = exactly_named(parts, scene.places)
+    if len(exact) == 1:
+        return Found((exact[0].id,))
+    parts = (*(t for t in parts[:-1] if not (t.owner and lexicon().is_(t.text, "users"))), parts[-1])
+    extent = Extent(parts[0].start, parts[-1].end)
+    head, inner = split_place(parts, "on", "in", "at", "of", "inside", "within", "from")
+    if inner and not _quantifier_only(head):
+        return _nested(head, inner, scene, talk)
+    groups = conjuncts(parts)
+    if not groups:
+        return Fault("E305", "no place is named", extent, "where?")
+    found: list[Found] = []
+    for d, group in zip(borrowed([describe(g, scene, False) for g in groups]), groups, strict=True):
+        exact = exactly_named(group, scene.places)
+        one = Found((exact[0].id,)) if len(exact) == 1 else _places(d, says(group), scene, talk)
+        if isinstance(one, Fault):
+            return one
+        found.append(one)
+    return joined(found)
+
+
+def _quantifier_only(parts: Sequence[Token]) -> bool:
+    lex = lexicon()
+    return all(lex.is_(t.text, "all", "both", "articles", "rest") or t.number is not None for t in parts)
+
+
+def _nested(head: Sequence[Token], inner: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault:
+    """ "position 12 on shelf level 1": the place, if it lies in the container; a vague
+    one is the container.
+    """
+    outer = resolve_places(inner, scene, talk)
+    if isinstance(outer, Fault):
+        return outer
+    d = describe(head, scene, False)
+    generic = bool(d.texts) and all(w in scene.generic(False) for w in d.texts)
+    if d.vacant and (d.ordinal == 1 or d.rank == "bottom"):  # "the first free position on level 2"
+        d = replace(d, ordinal=None, rank="")
+    if not d.unknown and not d.numbers and not d.all and d.ordinal is None and (d.vacant or generic) and not d.rank:
+        return replace(outer, vague=True)
+    inside = tuple(e for e in scene.places if any(scene.within(e.id, c) for c in outer.ids) and e.id not in outer.ids)
+    found = _places(d, says(head), scene, talk, inside)
+    if not isinstance(found, Fault):
+        return replace(found, corrected=outer.corrected + found.corrected)
+    elsewhere = resolve_places(head, scene, talk)
+    if isinstance(elsewhere, Fault):
+        return found if d.ordinal is not None or d.rank else elsewhere
+    if all(scene[i].person and not any(scene.map.containers(i)) for i in elsewhere.ids):
+        return elsewhere  # "the person at the desk": the map does not say where people are
+    if all(any(scene.within(c, e) for c in outer.ids) for e in elsewhere.ids):
+        return outer
+    at = ", ".join(f"{e} is on {next(iter(scene.map.containers(e)), 'no container')}" for e in elsewhere.ids)
+    return Fault(
+        "E307",
+        f"`{says(head)}` is not on {listed(outer.ids)}",
+        Extent(head[0].start, inner[-1].end),
+        at,
+        f"did you mean {listed((*elsewhere.ids, *outer.ids))}?",
+        (*elsewhere.ids, *outer.ids),
+    )
+
+
+def _places(
+    d: Description, said: str, scene: Scene, talk: Talk, pool: tuple[Entity, ...] | None = None
+) -> Found | Fault:
+    if d.pronoun:
+        return _pointed(d, said, scene, talk)
+    if d.unknown:
+        return unknown(d, scene, False, said)
+    if d.origin:
+        return Found((ORIGIN,))
+    if d.same:
+        return _same(d, said, scene, talk)
+    pool = scene.places if pool is None else pool
+    corrected = corrections(d)
+    if d.numbers or d.ranges:
+        hits = numbered(d, scene, False, said, pool)
+        if isinstance(hits, Fault):
+            return _counted(d, pool, scene) or hits
+        return Found(tuple(e.id for e in hits), corrected)
+    generic = all(w in scene.generic(False) for w in d.texts)
+    if d.vacant and generic:
+        return Found((ANYWHERE,), vague=True)
+    base = [e for e in pool if all(scene.fits(e, w) for w in d.texts)]
+    if not base or (d.bare and not d.rank):
+        return unknown(d, scene, False, said)
+    named = [e for e in base if set(d.texts) <= e.stem | {e.type}]
+    base = named or base
+    if d.rank or d.ordinal is not None:
+        return _ranked(d, base, said, corrected, inside=pool is not scene.places)
+    if not d.many:
+        exact = [e for e in base if e.stem == set(d.texts)]
+        base = exact or base
+        if len(base) > 1 and talk.place in {e.id for e in base} and (d.definite or generic):
+            return Found((str(talk.place),), corrected)
+        if len(base) > 1:
+            return ambiguous(d, ids_of(base), said)
+    return Found(ids_of(base), corrected)
+
+
+def _counted(d: Description, pool: Sequence[Entity], scene: Scene) -> Found | None:
+    """ "Position 2 on level 1" where the positions there are numbered 11 to 14: the second."""
+    if pool is scene.places or len(d.numbers) != 1 or d.ranges or not d.texts:
+        return None
+    row = sorted((e for e in pool if e.number and all(scene.fits(e, w) for w in d.texts)), key=lambda e: natural(e.id))
+    number = d.numbers[0]
+    small = number.isascii() and number.isdigit() and 0 < int(number) <= len(row) < 10
+    alike = len({e.stem for e in row}) == 1 and all(len(str(e.number)) > 1 for e in row)
+    return Found((row[int(number) - 1].id,)) if small and alike else None
+
+
+def _pointed(d: Description, said: str, scene: Scene, talk: Talk) -> Found | Fault:
+    """ "there", and "me" or "her" where the map has a person."""
+    if d.pronoun in {"me", "him"}:
+        people = ids_of(scene.persons)
+        if talk.place in people and d.pronoun == "him":
+            return Found((str(talk.place),))
+        if len(people) == 1:
+            return Found(people)
+        return ambiguous(d, people, said) if people else unknown(d, scene, False, said)
+    if talk.place is not None:
+        return Found((talk.place,))
+    return Fault("E305", f"`{said}` points to no place named before", d.extent, "where?", "name the place")
+
+
+def _same(d: Description, said: str, scene: Scene, talk: Talk) -> Found | Fault:
+    """ "the same level": the last place, or its container that the noun fits."""
+    if talk.place is None:
+        return Fault("E305", f"`{said}` points to no place named before", d.extent, "where?", "name the place")
+    around = (talk.place, *scene.map.containers(talk.place))
+    fitting = [p for p in around if all(scene.fits(scene[p], w) for w in d.texts)]
+    return Found(tuple(fitting[:1])) if fitting else unknown(d, scene, False, said)
+
+
+def _ranked(
+    d: Description, base: list[Entity], said: str, corrected: tuple[str, ...], *, inside: bool
+) -> Found | Fault:
+    """ "The top level", "the second level", "the last position on level 1": by number, where the numbers run from 1,
+    the rank is an end, or the places are those `inside` one that is named."""
+    pick: Mapping[str, Callable[[int], int | None]] = {
+        "top": lambda n: n - 1,
+        "last": lambda n: n - 1 if inside else None,
+        "bottom": lambda _: 0,
+        "middle": lambda n: n // 2 if n % 2 else None,
+    }
+    row = sorted((e for e in base if e.number is not None), key=lambda e: natural(e.id))
+    alike = len({e.stem for e in row}) == 1
+    if alike and d.rank:
+        at = pick[d.rank](len(row))
+        if at is not None:
+            return Found((row[at].id,), corrected)
+    if alike and d.ordinal is not None and (inside or [e.number for e in row] == [str(i + 1) for i in range(len(row))]):
+        if d.ordinal <= len(row):
+            return Found((row[d.ordinal - 1].id,), corrected)
+        return Fault("E302", f"there is no `{said}`", d.extent, "", f"the map has {listed(ids_of(base))}", ids_of(base))
+    return ambiguous(d, ids_of(base), said)

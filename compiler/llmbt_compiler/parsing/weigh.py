@@ -1,0 +1,51 @@
+"""Which of several ways to read a step is taken: by their probabilities, and by what they come to on the map."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+__all__ = ["Trial", "weigh"]
+
+V = TypeVar("V")
+
+_RIVAL = 0.3
+"""A reading that comes to something else may be at most this probable beside the one that is taken."""
+_RESCUE = 0.2
+"""Where the likeliest reading makes no sense on the map, one that does has to be at least this probable."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trial(Generic[V]):
+    """A way to read a step: what the parser was left with, how probable the reading is, whether it was `clean` of
+    complaints, and what it comes to."""
+
+    value: V
+    probability: float
+    clean: bool
+    outcome: Hashable
+
+
+def weigh(trials: Sequence[Trial[V]], before: Hashable, threshold: float) -> Trial[V] | None:
+    """The trial to go on with, likeliest first among those of one outcome; None where none is sure enough.
+
+    Readings that come to the same count together. One with complaints is taken, complaints and all, only where no other
+    way to read the step makes sense on the map; one that changes nothing (`before`) never makes up for one that does.
+    """
+    mass: dict[Hashable, float] = {}
+    for t in trials:
+        if t.clean:
+            mass[t.outcome] = mass.get(t.outcome, 0.0) + t.probability
+    top = trials[0]
+    ranked = sorted(mass.items(), key=lambda item: -item[1])
+    first = next((t for t in trials if t.clean and t.outcome == ranked[0][0]), top) if ranked else top
+    if not ranked:
+        return top if sum(t.probability for t in trials) >= threshold else None
+    rival = ranked[1][1] if len(ranked) > 1 else 0.0
+    share = ranked[0][1]
+    if top.clean:
+        return first if share >= threshold and rival <= _RIVAL else None
+    if first.outcome == before:
+        return top
+    return first if share >= _RESCUE and rival <= _RIVAL * share else top
