@@ -246,7 +246,7 @@ class _Run:
             raise _Unsettled(asked, answer)
         changed = edited(steps, edit, lambda texts: tagged(texts, self.context.tagger))
         self.settled = True
-        self.said = self.said.settled(next(s.text for s in changed if s.number == edit.step))
+        self.said = self.said.settled(next(b.text for a, b in zip(steps, changed, strict=True) if a is edit.step))
         return changed
 
     def finish(self) -> None:

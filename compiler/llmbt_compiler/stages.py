@@ -216,7 +216,9 @@ def _read_keywords(data: Mapping[str, Any]) -> tuple[LabelledStep, ...]:
     )
 
 
-def _write_conditions(parsed: ParseResult, context: Context) -> bytes:
+def _write_conditions(parsed: ParseResult | Question, context: Context) -> bytes:
+    if isinstance(parsed, Question):
+        return _json(parsed.as_json())
     return _json(
         {
             "schema_version": 1,

@@ -1,4 +1,4 @@
-"""`llmbt scene`: what stands where, pictures, and what is wrong with a scene."""
+"""`llmbt scene`: what stands where, pictures, what is wrong with a scene, and what its cameras see."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from llmbt.commands.scene_clouds import capture, map_
 from llmbt.options import json_flag
 from llmbt_ir.diagnostics import ExitCode, Severity
 
@@ -144,3 +145,7 @@ def _findings(name: str) -> Iterator[Diagnostic]:
     from llmbt_runtime.bullet.checking import findings
 
     yield from findings(found)
+
+
+scene.add_command(capture)
+scene.add_command(map_)

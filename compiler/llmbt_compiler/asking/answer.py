@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from llmbt_atl.library import Library
-from llmbt_compiler.asking.question import Asked, Slot
+from llmbt_compiler.asking.question import Asked, Slot, mentioned_in
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing import LabelledStep
 from llmbt_compiler.parsing.ledger import Ledger
@@ -32,12 +32,13 @@ _POLITE = frozenset({
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Words for a step: `text` stands for what is at `start` to `end` (nothing, where they are equal), as `kind`.
+    """Words for a step, by its number and its text: `text` stands for what is at `start` to `end` (nothing, where they
+    are equal), as `kind`.
 
     `again`: the step is then tagged anew, since the words are the user's own.
     """
 
-    step: int
+    step: LabelledStep
     start: int
     end: int
     text: str
@@ -62,7 +63,16 @@ def choose(answer: str, asked: Asked, semantic_map: SemanticMap, library: Librar
         return asked.candidates
     scene = Scene(semantic_map, library)
     ids = _among(parts, line, asked.candidates, scene)
-    return ids if set(ids) <= set(asked.candidates) else ()
+    if not ids and not relations(parts) and not any(_turned(t) for t in parts):
+        named = [i for i in mentioned_in(line, scene) if i in asked.candidates]
+        ids = tuple(named) if len(named) == 1 else ()
+    either = len(ids) > 1 and "or" in texts
+    return ids if set(ids) <= set(asked.candidates) and not either else ()
+
+
+def _turned(t: Token) -> bool:
+    """Whether a word turns round what is named: "not object 2", "anything but object 2"."""
+    return t.text in {"but", "other", "than", "no"} or lexicon().is_(t.text, "negation", "except", "instead")
 
 
 def _content(t: Token) -> bool:
@@ -102,7 +112,7 @@ def edit_for(
 
     A place may also be said by other words than a candidate's name ("next to object 3"): those are put in as they are.
     """
-    step = next((s for s in steps if s.number == asked.step), None)
+    step = next((s for s in steps if s.number == asked.step and asked.line in ("", s.text)), None)
     if step is None or asked.slot in {Slot.MODEL, Slot.REQUEST}:
         return None
     ids = choose(answer, asked, semantic_map, library)
@@ -112,18 +122,18 @@ def edit_for(
         if not ids:
             return None
         kind = Kind.TARGET if scene[ids[0]].movable else Kind.DESTINATION
-        return Edit(asked.step, asked.start, asked.end, names, kind)
+        return Edit(step, asked.start, asked.end, names, kind)
     if asked.slot is Slot.TARGET:
         at = _after(step, asked.end, particles=True)
-        return Edit(asked.step, at, at, f" {names}", Kind.TARGET) if ids else None
+        return Edit(step, at, at, f" {names}", Kind.TARGET) if ids else None
     at = _after(step, asked.end, particles=False) if asked.slot is Slot.DESTINATION else len(step.text.rstrip(" .!"))
     lead = "" if asked.slot is Slot.DESTINATION else " and place it"
     if ids:
-        return Edit(asked.step, at, at, f"{lead} on {names}", Kind.DESTINATION, again=bool(lead))
+        return Edit(step, at, at, f"{lead} on {names}", Kind.DESTINATION, again=bool(lead))
     words = " ".join(answer.split())[:_MOST].rstrip(".!")
     if not relations(tokens(words)):
         return None
-    return Edit(asked.step, at, at, f"{lead} {words}", None, again=True)
+    return Edit(step, at, at, f"{lead} {words}", None, again=True)
 
 
 def _after(step: LabelledStep, end: int, *, particles: bool) -> int:
@@ -146,14 +156,24 @@ def edited(
     steps: Sequence[LabelledStep], edit: Edit, tag: Callable[[Sequence[str]], Sequence[LabelledStep]]
 ) -> tuple[LabelledStep, ...]:
     """The steps with one of them changed. `tag` labels texts anew."""
-    return tuple(_changed(s, edit, tag) if s.number == edit.step else s for s in steps)
+    return tuple(_changed(s, edit, tag) if s is edit.step else s for s in steps)
 
 
 def _changed(step: LabelledStep, edit: Edit, tag: Callable[[Sequence[str]], Sequence[LabelledStep]]) -> LabelledStep:
     text = step.text[: edit.start] + edit.text + step.text[edit.end :]
+    runs = _runs(step, edit, len(edit.text) - (edit.end - edit.start))
+    if edit.again:
+        (fresh,) = tag([text])
+        return replace(fresh, number=step.number, reply=step.reply, runs=runs)
+    readings = tuple(replace(r, spans=_spans(r.spans, edit, text)) for r in step.readings)
+    return replace(step, text=text, spans=_spans(step.spans, edit, text), runs=runs, readings=readings)
+
+
+def _spans(spans: Sequence[KeywordSpan], edit: Edit, text: str) -> tuple[KeywordSpan, ...]:
+    """The keywords of a step once its text has become `text`."""
     shift = len(edit.text) - (edit.end - edit.start)
-    hit = [s for s in step.spans if s.start < edit.end and edit.start < s.end]
-    kept = [s for s in step.spans if s not in hit]
+    hit = [s for s in spans if s.start < edit.end and edit.start < s.end]
+    kept = [s for s in spans if s not in hit]
     moved = [replace(s, start=s.start + shift, end=s.end + shift) if s.start >= edit.end else s for s in kept]
     labels = [s.label for s in hit if s.label is not Kind.ACTION]
     kind = labels[0] if labels else edit.kind
@@ -163,12 +183,8 @@ def _changed(step: LabelledStep, edit: Edit, tag: Callable[[Sequence[str]], Sequ
             start += len(lead)
             break
     end = edit.start + len(edit.text)
-    spans = moved if kind is None else [*moved, KeywordSpan(start, end, kind, text[start:end])]
-    runs = _runs(step, edit, shift)
-    if edit.again:
-        (fresh,) = tag([text])
-        return replace(step, text=text, spans=fresh.spans, confidence=fresh.confidence, runs=runs)
-    return replace(step, text=text, spans=tuple(sorted(spans, key=lambda s: s.start)), runs=runs)
+    made = moved if kind is None else [*moved, KeywordSpan(start, end, kind, text[start:end])]
+    return tuple(sorted(made, key=lambda s: s.start))
 
 
 def _runs(step: LabelledStep, edit: Edit, shift: int) -> tuple[tuple[int, int], ...]:

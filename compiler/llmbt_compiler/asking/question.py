@@ -20,7 +20,7 @@ from llmbt_compiler.reasoning.steps import Question
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity, Span
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["Asked", "Slot", "from_diagnostics", "from_model", "from_request"]
+__all__ = ["Asked", "Slot", "from_diagnostics", "from_model", "from_request", "mentioned_in"]
 
 _ANSWER = "answer with --answer TEXT"
 _LONGEST_NAME = 6
@@ -40,8 +40,9 @@ class Slot(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """One question: its diagnostic, the ids that may answer it, and where an answer goes: in step `step`, columns
-    `start` to `end` counted from 0. `taken`: what the reply took without asking."""
+    """One question: its diagnostic, the ids that may answer it, and where an answer goes: in step `step`, whose text is
+    `line` (several sentences may have one number), columns `start` to `end` counted from 0. `taken`: what the reply
+    took without asking."""
 
     diagnostic: Diagnostic
     slot: Slot
@@ -49,6 +50,7 @@ class Asked:
     step: int = 0
     start: int = 0
     end: int = 0
+    line: str = ""
     taken: str | None = None
 
     @property
@@ -79,7 +81,7 @@ def from_diagnostics(found: Sequence[Diagnostic], semantic_map: SemanticMap, lib
         hint = f"{hint}: {_listed(candidates)}"
     told = replace(first, help=hint, candidates=candidates)
     span = first.span or Span("steps.json")
-    return Asked(told, slot, candidates, span.line, max(0, span.column - 1), max(0, span.end_column - 1))
+    return Asked(told, slot, candidates, span.line, max(0, span.column - 1), max(0, span.end_column - 1), span.text)
 
 
 def _slot(diagnostic: Diagnostic) -> Slot:
@@ -142,6 +144,12 @@ def _mentioned(text: str, scene: Scene) -> tuple[str, ...]:
         if fits:
             return fits
     return tuple(objects or places)
+
+
+def mentioned_in(text: str, scene: Scene) -> tuple[str, ...]:
+    """Everything that a text names by an id or a name of its own."""
+    objects, places, _ = _names(tokens(text), scene)
+    return (*objects, *places)
 
 
 def _names(words: Sequence[Token], scene: Scene) -> tuple[list[str], list[str], str | None]:
@@ -225,8 +233,9 @@ def _fitting(after: Sequence[Token], scene: Scene) -> tuple[str, ...]:
         ),
         len(after),
     )
-    for length in range(min(stop, 4), 0, -1):
-        parts = after[:length]
+    nouns = [t for t in after[:stop] if t.number is None]
+    for length in range(min(len(nouns), 4), 0, -1):
+        parts = nouns[:length]
         every = (Token("all", parts[0].start, parts[0].start), *parts)
         for resolve in (resolve_objects, resolve_places):
             found = resolve(every, scene, Talk())

@@ -28,7 +28,9 @@ _TELLING = frozenset({
     "leftmost", "rightmost", "largest", "smallest", "biggest", "tallest", "top", "bottom", "first", "second", "third",
     "last", "other", "same", "remaining", "rest", "that", "which", "whose", "with",
 })  # fmt: skip
+_MASS = frozenset({"cargo", "good"})
 _AT = frozenset({"on", "in", "at", "from", "of"})
+_ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then"})
 _HUES = frozenset({*COLOURS, "gray", "violet", "cyan", "magenta", "turquoise", "gold", "golden"}) - {"wood"}
 
 
@@ -104,6 +106,8 @@ def _noun_phrase(words: Sequence[Token], i: int, scene: Scene) -> int:
         word = scene.word(words[j], True)
         if not word.text or word.corrected:
             return 0
+        if word.text in _MASS:
+            return 0
         if word.text not in scene.colours:
             after = words[j + 1] if j + 1 < len(words) else None
             plain = after is None or (after.number is None and after.text not in _TELLING and after.text != "(")
@@ -122,7 +126,8 @@ def _fitting(words: Sequence[Token], i: int, size: int, scene: Scene, where: dic
     ids = found.ids
     rest = words[i + size :]
     if rest and rest[0].text in _AT:
-        for length in range(min(6, len(rest) - 1), 0, -1):
+        end = next((k for k, t in enumerate(rest[1:]) if t.text in _ENDING), len(rest) - 1)
+        for length in range(min(6, end), 0, -1):
             place = resolve_places(rest[1 : 1 + length], scene, Talk())
             if isinstance(place, Found) and len(place.ids) == 1 and place.ids[0] in {p.id for p in scene.places}:
                 there = tuple(o for o in ids if scene.within(where.get(o), place.ids[0]))

@@ -112,8 +112,8 @@ class Question:
     candidates: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """For `steps.json`, where the reply was a question."""
-        return {
-            "schema_version": 1,
-            "question": {"text": self.text, "start": self.start, "end": self.end, "line": self.line},
-        }
+        """For the artifact, where the reply was a question."""
+        asked: dict[str, Any] = {"text": self.text, "start": self.start, "end": self.end, "line": self.line}
+        if self.candidates:
+            asked["candidates"] = list(self.candidates)
+        return {"schema_version": 1, "question": asked}

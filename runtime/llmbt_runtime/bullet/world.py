@@ -24,6 +24,7 @@ from llmbt_runtime.bullet.interventions import Interventions
 from llmbt_runtime.bullet.judging import Judge
 from llmbt_runtime.bullet.reporting import Reporter, post_of
 from llmbt_runtime.bullet.restore import Memory
+from llmbt_runtime.bullet.sensors import BulletSensors
 from llmbt_runtime.bullet.skills import Skills
 from llmbt_runtime.bullet.stage import Stage
 from llmbt_runtime.bullet.terrain import Terrain
@@ -242,6 +243,10 @@ class BulletWorld:
         """What a renderer needs."""
         poses = {id_: s.pose for id_, s in self._bench.sensed.states.items()}
         return Snapshot(self._bench.panda.all_joints(), poses)
+
+    def sensors(self, noise_m: float, rng: np.random.Generator) -> BulletSensors:
+        """What the robot senses with; to be closed by whoever asks."""
+        return BulletSensors(self.scene, self._bench, noise_m, rng)
 
     def disturbances(self) -> tuple[Disturbed, ...]:
         """What has disturbed the world so far."""

@@ -33,14 +33,13 @@ _KEYS = tuple(
         (_UNKNOWN, r"(?:by|according\s+to)\s+(?:their\s+)?(?:colou?r|shape|weight|mass|kind|type|price|age|width)s?"),
     )
 )
+_STARTING = r"(?:starting|beginning)\s+(?:on|at|from|with)\s+the\s+(?:far\s+)?"
 _DIRECTIONS = tuple(
-    (name, _words(rf"{name}{rest}"))
-    for name, rest in (
-        ("left", r"\s+to\s+(?:the\s+)?right"),
-        ("right", r"\s+to\s+(?:the\s+)?left"),
-        ("front", r"\s+to\s+(?:the\s+)?back"),
-        ("back", r"\s+to\s+(?:the\s+)?front"),
-    )
+    (name, _words(rf"{name}\s+to\s+(?:the\s+)?{other}|{_STARTING}{name}(?:\s+(?:end|side))?"))
+    for name, other in (("left", "right"), ("right", "left"), ("front", "back"), ("back", "front"))
+)
+_BEGINNING = _words(
+    r"(?:starting|beginning|start|begin)\s+(?:on|from|at|with)\s+the\s+(?:very\s+|far\s+)?(?P<end>left|right|front|back)"
 )
 _ENDING = _words(
     rf"(?P<what>{_SMALL}|{_LARGE}|short\w*|tall\w*)\s+(?:one\s+|block\s+|object\s+)?(?:is\s+|goes\s+|being\s+)?"
@@ -97,6 +96,10 @@ def arrangement(text: str, start: int = 0, end: int | None = None) -> Arrangemen
             lead = _LEAD.search(text, start, hit.start())
             found.append((lead.start() if lead is not None else hit.start(), hit.end()))
             break
+    beginning = _BEGINNING.search(text, start, stop)
+    if beginning is not None and found:
+        direction = beginning["end"].lower()
+        found.append(beginning.span())
     ending = _ENDING.search(text, start, stop)
     if ending is not None:
         found.append(ending.span())
