@@ -178,7 +178,7 @@ class BulletWorld:
         except SkillError as fault:
             self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
             if fault.denies is not None:
-                self._conditions.deny(fault.denies)
+                self._conditions.deny(fault.denies, self._bench.sensed)
         if self._outcome is not None:
             self._skill = None
 
