@@ -11,6 +11,7 @@ from typing import Any
 
 from llmbt.progress import Progress
 from llmbt.recorded import Judge, goal_records, recorded
+from llmbt.watching import check_watchers, watched
 from llmbt_atl.library import Library, load_library
 from llmbt_atl.state import Domain, domain_of
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, parse_condition
@@ -32,6 +33,7 @@ from llmbt_runtime.record import RunFolder, signatures_of
 from llmbt_runtime.schedule import read_schedule
 from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.symbolic_disturbance import symbolic_events
+from llmbt_runtime.variation import varied
 from llmbt_runtime.world import World
 
 __all__ = ["Order", "Physics", "execute_tree", "is_schedule", "load_tree", "read_state"]
@@ -53,6 +55,9 @@ class Order:
     pictures: bool = False
     state: Path | None = None
     update: bool = True
+    vary: bool = False
+    video: Path | None = None
+    gui: bool = False
 
 
 def load_tree(data: bytes, source: str, scene: Scene) -> tuple[TreeFile, Library, Domain, Goals]:
@@ -134,6 +139,9 @@ def execute_tree(
     world after the end is part of it. `physics` opens a physical world in place of a new one.
     """
     started = time.monotonic()
+    check_watchers(order.video, order.gui, order.world)
+    if order.vary:
+        order = replace(order, scene=varied(order.scene, chance(order.seed, "vary")))
     tree: Tree | Program
     if order.update:
         file, library, domain, goals = load_tree(data, source, order.scene)
@@ -154,6 +162,7 @@ def execute_tree(
         "world": order.world,
         "disturb": order.disturb,
         "drawn": [s.name for s in specs],
+        **({"varied": True} if order.vary else {}),
         **kind,
         **(extra or {}),
     }
@@ -169,9 +178,10 @@ def execute_tree(
             return drive(world, domain, tree, goals, tell=tell, max_ticks=settings.max_ticks)
         return execute(world, domain, tree, goals, keep=run.keep, tell=tell, settings=settings)
 
-    return recorded(
-        act, world, run, progress, started=started, seed=order.seed, extra=told, picture=picture, judge=judge
-    )
+    with watched(world, order.video, order.gui, progress):
+        return recorded(
+            act, world, run, progress, started=started, seed=order.seed, extra=told, picture=picture, judge=judge
+        )
 
 
 def _aims(tree: Tree | Program, domain: Domain) -> tuple[Condition, ...]:

@@ -26,8 +26,16 @@ out_folder = click.option(
 
 
 def execution_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """--world, --state, --seed, --disturb, --budget, --picture."""
+    """--world, --state, --seed, --vary, --disturb, --budget, --picture, --video, --gui."""
     for option in (
+        click.option("--gui", is_flag=True, help="Show the run in Bullet's window, where there is a screen."),
+        click.option(
+            "--video",
+            type=click.Path(path_type=Path, dir_okay=False),
+            default=None,
+            metavar="FILE",
+            help="A film of the run: .gif, or .mp4 with the extra `video`.",
+        ),
         click.option("--picture", is_flag=True, help="Pictures of the scene: at the start, each update, the end."),
         click.option("--budget", type=click.IntRange(0), default=200_000, show_default=True, help="State expansions."),
         click.option(
@@ -36,6 +44,7 @@ def execution_options(command: Callable[..., Any]) -> Callable[..., Any]:
             show_default=True,
             help="Names joined by commas, none, random[:N], or an .xml file.",
         ),
+        click.option("--vary", is_flag=True, help="Poses, sizes, masses and friction a little off, by the seed."),
         click.option("--seed", type=int, default=0, show_default=True, envvar="LLMBT_SEED", help="Of all chance."),
         click.option(
             "--state",

@@ -9,19 +9,37 @@ from __future__ import annotations
 
 import importlib.resources
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from enum import StrEnum
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import MappingProxyType
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
-from llmbt_ir.geometry import Box, Pose, Viewpoint, quat_from_yaw, yaw_from_quat
+from llmbt_ir.geometry import Box, Pose, Viewpoint, quat_from_yaw
+from llmbt_ir.scene_model import (
+    COLOURS,
+    DEFAULT_FRICTION,
+    DEFAULT_MASS_KG,
+    MAX_GRASP_M,
+    PLATFORM_RADIUS_M,
+    ROBOT_FOOTPRINT_M,
+    SUPPORT_TOLERANCE_M,
+    Body,
+    Camera,
+    Fixture,
+    RobotModel,
+    Scene,
+    ScenePlace,
+    Vec3,
+)
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
+from llmbt_ir.solids import overlaps
 from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes
 
 __all__ = [
     "COLOURS",
+    "MAX_GRASP_M",
+    "PLATFORM_RADIUS_M",
+    "ROBOT_FOOTPRINT_M",
+    "SUPPORT_TOLERANCE_M",
     "Body",
     "Camera",
     "Fixture",
@@ -35,177 +53,8 @@ __all__ = [
     "to_semantic_map",
 ]
 
-Vec2 = tuple[float, float]
-Vec3 = tuple[float, float, float]
-
-SLOT_TOLERANCE_M = 0.02
-"""A body is on a slot when its centre is within this of the slot's, in x and in y."""
 REACH_M = 0.8
 """How far from its base the arm puts things down from above."""
-SUPPORT_TOLERANCE_M = 0.01
-"""A body is on a surface when its bottom is within this of it."""
-OVERLAP_M = 0.0005
-"""Bodies that reach less deeply into each other than this count as touching."""
-ROBOT_FOOTPRINT_M = (0.22, 0.22, 0.40)
-PLATFORM_RADIUS_M = 0.25
-"""The mobile robot's platform is a disc from the floor up to the arm's base."""
-DEFAULT_MASS_KG = 0.08
-DEFAULT_FRICTION = 0.8
-
-COLOURS: Mapping[str, Vec3] = MappingProxyType(
-    {
-        "red": (0.82, 0.16, 0.15),
-        "green": (0.20, 0.62, 0.25),
-        "blue": (0.16, 0.36, 0.75),
-        "yellow": (0.95, 0.80, 0.15),
-        "orange": (0.95, 0.50, 0.10),
-        "purple": (0.50, 0.24, 0.62),
-        "pink": (0.93, 0.52, 0.66),
-        "brown": (0.45, 0.30, 0.18),
-        "black": (0.10, 0.10, 0.10),
-        "white": (0.95, 0.95, 0.95),
-        "grey": (0.55, 0.56, 0.58),
-        "silver": (0.75, 0.76, 0.78),
-        "beige": (0.86, 0.80, 0.68),
-        "wood": (0.72, 0.56, 0.38),
-    }
-)
-"""The colours a scene may name, as red, green, blue in [0, 1]."""
-
-
-class RobotModel(StrEnum):
-    """A Panda that is bolted down, or one on a platform that drives."""
-
-    PANDA = "panda"
-    MOBILE_PANDA = "mobile_panda"
-
-
-@dataclass(frozen=True, slots=True)
-class Fixture:
-    """A static, axis-aligned box: centre and full extents. What `moves_with` a place is pushed along with it."""
-
-    id: str
-    xyz_m: Vec3
-    size_m: Vec3
-    colour: str = "grey"
-    friction: float = DEFAULT_FRICTION
-    moves_with: str | None = None
-    line: int = field(default=0, compare=False)
-
-    @property
-    def top_m(self) -> float:
-        """Height of the upper face."""
-        return self.xyz_m[2] + self.size_m[2] / 2
-
-
-@dataclass(frozen=True, slots=True)
-class ScenePlace:
-    """A place. `surface_m` is the centre of its horizontal surface, `size_m` its extents in x and y.
-
-    A place without a surface is no more than the sum of the places in it (a shelf of levels).
-    """
-
-    id: str
-    name: str
-    type: str
-    parent: str | None = None
-    buffer: bool = False
-    surface_m: Vec3 | None = None
-    size_m: Vec2 = (0.0, 0.0)
-    line: int = field(default=0, compare=False)
-
-    @property
-    def is_slot(self) -> bool:
-        """Whether it takes one object, centred."""
-        return self.type == "slot"
-
-    def covers(self, x_m: float, y_m: float, slack_m: float = 0.0) -> bool:
-        """Whether a point seen from above counts as on the place: near a slot's centre, or within a region."""
-        if self.surface_m is None:
-            return False
-        dx, dy = abs(x_m - self.surface_m[0]), abs(y_m - self.surface_m[1])
-        if self.is_slot:
-            return max(dx, dy) <= SLOT_TOLERANCE_M + slack_m
-        return dx <= self.size_m[0] / 2 + slack_m and dy <= self.size_m[1] / 2 + slack_m
-
-
-@dataclass(frozen=True, slots=True)
-class Body:
-    """A thing that is not fixed: an object in play, with its pose at the start, or a parked obstacle, with none.
-
-    `size_m` are full extents along the body's own axes; a cylinder's are diameter, diameter, height. What is not
-    `movable` is too wide or too heavy for the robot.
-    """
-
-    id: str
-    name: str
-    type: str
-    colour: str
-    shape: str
-    size_m: Vec3
-    mass_kg: float = DEFAULT_MASS_KG
-    friction: float = DEFAULT_FRICTION
-    pose: Pose | None = None
-    movable: bool = True
-    line: int = field(default=0, compare=False)
-
-
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """A pinhole camera that looks from `eye_m` at `target_m`, up being up; `fov_deg` is the vertical angle."""
-
-    id: str
-    eye_m: Vec3
-    target_m: Vec3
-    fov_deg: float = 45.0
-    width_px: int = 640
-    height_px: int = 480
-
-
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """Everything a world is built from. Ids are unique over fixtures, places, objects, obstacles and cameras."""
-
-    name: str
-    library: str
-    robot_xyz_m: Vec3
-    robot_yaw_rad: float
-    fixtures: tuple[Fixture, ...]
-    places: tuple[ScenePlace, ...]
-    objects: tuple[Body, ...]
-    obstacles: tuple[Body, ...] = ()
-    cameras: tuple[Camera, ...] = ()
-    viewer: Viewpoint | None = None
-    description: str = ""
-    robot: RobotModel = RobotModel.PANDA
-    source: str = field(default="scene.xml", compare=False)
-
-    def place(self, id_: str) -> ScenePlace:
-        """The place with this id; KeyError where there is none."""
-        for p in self.places:
-            if p.id == id_:
-                return p
-        raise KeyError(id_)
-
-    def with_containers(self, place: str) -> Iterator[str]:
-        """The place itself and the places that contain it, innermost first."""
-        here: str | None = place
-        while here is not None:
-            yield here
-            here = self.place(here).parent
-
-    def depth(self, place: str) -> int:
-        """How many places contain it."""
-        return sum(1 for _ in self.with_containers(place)) - 1
-
-    def most_specific(self, x_m: float, y_m: float, bottom_m: float) -> str | None:
-        """The innermost place that a body stands on, given its centre from above and the height of its bottom."""
-        found = [
-            p
-            for p in self.places
-            if p.surface_m is not None and p.covers(x_m, y_m) and abs(bottom_m - p.surface_m[2]) <= SUPPORT_TOLERANCE_M
-        ]
-        return max(found, key=lambda p: self.depth(p.id)).id if found else None
 
 
 def to_semantic_map(scene: Scene) -> SemanticMap:
@@ -330,7 +179,9 @@ class _Reader:
         xyz = _triple(robot.get("xyz_m"))
         model = RobotModel(robot.get("model", "panda"))
         if not self.faults:
-            self.check_overlaps(fixtures, objects, xyz, model)
+            for o, other in overlaps(fixtures, objects, xyz, model):
+                hint = 'xyz_m is the centre of a body; on="..." with offset_m puts it onto a surface'
+                self.fault("E042", f"`{o.id}` overlaps {other} at the start", o.line, hint)
             self.check_slots(fixtures, places, xyz, model)
         if self.faults:
             raise LlmbtError(*self.faults)
@@ -496,65 +347,6 @@ class _Reader:
             elif model is RobotModel.PANDA and math.hypot(x - robot[0], y - robot[1]) > REACH_M:
                 title = f"the slot `{p.id}` is out of the arm's reach of {REACH_M:g} m"
                 self.fault("E048", title, p.line, "move it, or the robot")
-
-    def check_overlaps(
-        self, fixtures: tuple[Fixture, ...], objects: tuple[Body, ...], robot: Vec3, model: RobotModel
-    ) -> None:
-        below = robot[2] if model is RobotModel.MOBILE_PANDA else 0.0
-        height = ROBOT_FOOTPRINT_M[2] + below
-        size = (2 * PLATFORM_RADIUS_M, 2 * PLATFORM_RADIUS_M) if below else ROBOT_FOOTPRINT_M[:2]
-        solids = [_Solid("the robot", (robot[0], robot[1], robot[2] - below + height / 2), (*size, height), 0.0)]
-        solids += [_Solid(f"`{f.id}`", f.xyz_m, f.size_m, 0.0) for f in fixtures]
-        for o in objects:
-            if o.pose is None:
-                continue
-            solid = _Solid(f"`{o.id}`", o.pose.xyz_m, o.size_m, yaw_from_quat(o.pose.quat_xyzw))
-            for other in solids:
-                if solid.overlaps(other):
-                    self.fault(
-                        "E042",
-                        f"{solid.label} overlaps {other.label} at the start",
-                        o.line,
-                        'xyz_m is the centre of a body; on="..." with offset_m puts it onto a surface',
-                    )
-            solids.append(solid)
-
-
-MAX_GRASP_M = 0.07
-"""The widest thing that the gripper of a panda closes on, with room for the fingers."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Solid:
-    """An upright box, turned about the vertical."""
-
-    label: str
-    xyz_m: Vec3
-    size_m: Vec3
-    yaw_rad: float
-
-    def axes(self) -> tuple[Vec2, Vec2]:
-        c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        return (c, s), (-s, c)
-
-    def reach(self, axis: Vec2) -> float:
-        """Half of the extent along a horizontal direction."""
-        u, v = self.axes()
-        return (
-            abs(u[0] * axis[0] + u[1] * axis[1]) * self.size_m[0] / 2
-            + abs(v[0] * axis[0] + v[1] * axis[1]) * self.size_m[1] / 2
-        )
-
-    def overlaps(self, other: _Solid) -> bool:
-        """Separating axes in the plane, and the heights."""
-        dz = abs(self.xyz_m[2] - other.xyz_m[2])
-        if dz > (self.size_m[2] + other.size_m[2]) / 2 - OVERLAP_M:
-            return False
-        dx, dy = self.xyz_m[0] - other.xyz_m[0], self.xyz_m[1] - other.xyz_m[1]
-        return all(
-            abs(dx * a[0] + dy * a[1]) < self.reach(a) + other.reach(a) - OVERLAP_M
-            for a in (*self.axes(), *other.axes())
-        )
 
 
 def _triple(text: str | None) -> Vec3:

@@ -32,6 +32,9 @@ def execute(
     budget: int,
     picture: bool,
     state: Path | None,
+    vary: bool,
+    video: Path | None,
+    gui: bool,
     no_update: bool,
     force: bool,
     quiet: bool,
@@ -48,7 +51,7 @@ def execute(
     from llmbt_ir.xml import read_bytes
 
     data = read_bytes(tree, "tree")
-    order = Order(load_scene(scene), world, seed, disturb, budget, picture, state, not no_update)
+    order = Order(load_scene(scene), world, seed, disturb, budget, picture, state, not no_update, vary, video, gui)
     if tree.resolve().parent != folder.resolve() or (folder / "result.json").exists():
         fresh_folder(folder, force=force)
     document = execute_tree(data, str(tree), folder, order, Progress(quiet=quiet or as_json))

@@ -33,6 +33,9 @@ def run(
     budget: int,
     picture: bool,
     state: Path | None,
+    vary: bool,
+    video: Path | None,
+    gui: bool,
     force: bool,
     quiet: bool,
     as_json: bool,
@@ -49,7 +52,7 @@ def run(
     from llmbt_runtime.schedule import read_schedule
 
     request = prepared(request_text, scene, how)
-    order = Order(load_scene(scene), world, seed, disturb, budget, picture, state)
+    order = Order(load_scene(scene), world, seed, disturb, budget, picture, state, vary=vary, video=video, gui=gui)
     if is_schedule(disturb):
         read_schedule(Path(disturb))
     else:

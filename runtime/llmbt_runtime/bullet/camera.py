@@ -10,7 +10,7 @@ import itertools
 import struct
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ from llmbt_runtime.perception.rgbd import RgbdImage
 if TYPE_CHECKING:
     from llmbt_runtime.bullet.world import BulletWorld
 
-__all__ = ["DEFAULT_CAMERA", "DepthCameras", "Renderer", "Snapshot", "encode_png", "render_png"]
+__all__ = ["DEFAULT_CAMERA", "DepthCameras", "Renderer", "Snapshot", "Window", "encode_png", "render_png"]
 
 DEFAULT_CAMERA = Camera("default", (0.95, 1.55, 1.35), (0.27, 0.15, 0.57), 43.0)
 _NEAR_M, _FAR_M = 0.05, 6.0
@@ -35,18 +35,20 @@ _NEAR_M, _FAR_M = 0.05, 6.0
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """What is to be drawn: all joints of the robot, and the pose of every body in play, in the world."""
+    """What is to be drawn: all joints of the robot, the pose of every body in play, in the world, and where the
+    fixtures are once some were pushed."""
 
     joints: tuple[float, ...]
     poses: dict[str, Pose]
+    pushed: dict[str, Vec3] = field(default_factory=dict)
 
 
 class _Shadow:
     """A scene as it is to be seen, in a client of its own."""
 
-    def __init__(self, scene: Scene, *, detailed: bool) -> None:
-        self.client = client = BulletClient()
-        add_fixtures(client, scene, visible=True)
+    def __init__(self, scene: Scene, *, detailed: bool, window: bool = False) -> None:
+        self.client = client = BulletClient(window=window)
+        self._fixtures = add_fixtures(client, scene, visible=True)
         if detailed:
             mark_slots(client, scene)
         loaded = load_robot(client, scene, visible=detailed)
@@ -62,6 +64,8 @@ class _Shadow:
         for i, (id_, body) in enumerate(self._bodies.items()):
             pose = snapshot.poses.get(id_, Pose((90.0 + i, 90.0, 0.0)))
             client.resetBasePositionAndOrientation(body, pose.xyz_m, pose.quat_xyzw)
+        for id_, xyz in snapshot.pushed.items():
+            client.resetBasePositionAndOrientation(self._fixtures[id_], xyz, (0, 0, 0, 1))
 
     def paint(self, id_: str, rgb: Vec3) -> None:
         """Give a body a colour."""
@@ -105,6 +109,21 @@ class Renderer:
 
     def close(self) -> None:
         """Disconnect."""
+        self._shadow.client.close()
+
+
+class Window:
+    """Bullet's own window, where there is a screen."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._shadow = _Shadow(scene, detailed=True, window=True)
+
+    def show(self, snapshot: Snapshot) -> None:
+        """What it shows from now on."""
+        self._shadow.set(snapshot)
+
+    def close(self) -> None:
+        """Close it."""
         self._shadow.client.close()
 
 

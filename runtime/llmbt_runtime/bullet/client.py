@@ -53,9 +53,9 @@ class BulletClient:
     Close it: a server never disconnected costs 29 MB.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, window: bool = False) -> None:
         with quiet_stdout():
-            self.id: int = pybullet.connect(pybullet.DIRECT)
+            self.id: int = pybullet.connect(pybullet.GUI if window else pybullet.DIRECT)
 
     def __getattr__(self, name: str) -> Any:
         value = getattr(pybullet, name)

@@ -381,7 +381,7 @@ class Interventions:
         here, docks = (base.x_m, base.y_m), self.terrain.docks[place]
         floor = self.terrain.floor(self.bench.sensed.states, now.held)
         put: list[tuple[Body, BodyState]] = []
-        for body in (b for b in self._parked(movable=movable) if b.size_m[0] < 0.1 or not movable):
+        for body in sorted(self._parked(movable=movable), key=lambda b: (-b.size_m[1], b.id)):
             left = [d for d in docks if floor.connected(here, (d.x_m, d.y_m))]
             if not left:
                 break

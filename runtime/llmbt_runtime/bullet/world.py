@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -43,8 +43,15 @@ def _or_lost() -> Iterator[None]:
         raise WorldLostError(f"the physics server: {fault}") from None
 
 
+def _nobody(_: BulletWorld) -> None:
+    """Nobody looks."""
+
+
 class BulletWorld:
-    """A scene in pybullet with its robot. The same scene, seed and calls give the same run, bit for bit."""
+    """A scene in pybullet with its robot. The same scene, seed and calls give the same run, bit for bit.
+
+    `watch` is called after every tick, to look.
+    """
 
     def __init__(
         self,
@@ -72,6 +79,7 @@ class BulletWorld:
         self._memory = Memory(
             self._stage, terrain, judge, base, self._conditions, self._reporter, self._arm, hand, driver
         )
+        self.watch: Callable[[BulletWorld], None] = _nobody
         self._begin(seed, disturbances, goals)
 
     def _begin(self, seed: int, disturbances: tuple[DisturbanceSpec, ...], goals: tuple[Condition, ...]) -> None:
@@ -189,7 +197,8 @@ class BulletWorld:
             self._resume()
             report = self._report()
             self._disturber.step(self._moment(report))
-            return report
+        self.watch(self)
+        return report
 
     def _moment(self, report: ActionReport) -> Moment:
         held = self._bench.sensed.held
@@ -242,7 +251,8 @@ class BulletWorld:
     def snapshot(self) -> Snapshot:
         """What a renderer needs."""
         poses = {id_: s.pose for id_, s in self._bench.sensed.states.items()}
-        return Snapshot(self._bench.panda.all_joints(), poses)
+        pushed = {f.id: f.xyz_m for f in self.scene.fixtures} if self._stage.shifts else {}
+        return Snapshot(self._bench.panda.all_joints(), poses, pushed)
 
     def sensors(self, noise_m: float, rng: np.random.Generator) -> BulletSensors:
         """What the robot senses with; to be closed by whoever asks."""

@@ -1,0 +1,67 @@
+"""A scene with its things a little elsewhere, of other sizes, weights and friction: for evidence over many scenes.
+
+Each thing keeps its place; nothing overlaps that did not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from llmbt_ir.geometry import Pose, quat_from_yaw, yaw_from_quat
+from llmbt_ir.scene import MAX_GRASP_M, Body, Scene
+from llmbt_ir.solids import overlaps
+from llmbt_runtime.chance import Chance
+
+__all__ = ["varied"]
+
+_SHIFT_M, _SLOT_SHIFT_M, _TURN_RAD = 0.015, 0.006, 0.25
+_SIZE, _MASS, _FRICTION = 0.06, 0.2, 0.15
+_TRIES = 40
+
+
+def varied(scene: Scene, rng: Chance) -> Scene:
+    """The scene with poses within 1.5 cm (on a slot 6 mm) and 0.25 rad, sizes within 6 %, masses within 20 % and
+    friction within 15 % of what it says, drawn evenly. What would overlap, or leave its place, is drawn again."""
+    objects: list[Body] = []
+    for number, body in enumerate(scene.objects):
+        rest = scene.objects[number + 1 :]
+        for _ in range(_TRIES):
+            other = _drawn(scene, body, rng)
+            now = (*objects, other, *rest)
+            if not any(overlaps(scene.fixtures, now, scene.robot_xyz_m, scene.robot)) and _place(
+                scene, other
+            ) == _place(scene, body):
+                break
+        else:
+            other = body
+        objects.append(other)
+    return replace(scene, objects=tuple(objects))
+
+
+def _drawn(scene: Scene, body: Body, rng: Chance) -> Body:
+    def around(tolerance: float) -> float:
+        return 1 + tolerance * (2 * rng.random() - 1)
+
+    def within(reach: float) -> float:
+        return reach * (2 * rng.random() - 1)
+
+    if body.pose is None:
+        return body
+    place = _place(scene, body)
+    shift = _SLOT_SHIFT_M if place is not None and scene.place(place).is_slot else _SHIFT_M
+    factor = around(_SIZE)
+    x, y, z = (min(s * factor, max(s, MAX_GRASP_M)) if s <= MAX_GRASP_M else s * factor for s in body.size_m)
+    bx, by, bz = body.pose.xyz_m
+    pose = Pose(
+        (bx + within(shift), by + within(shift), bz + (z - body.size_m[2]) / 2),
+        quat_from_yaw(math.remainder(yaw_from_quat(body.pose.quat_xyzw) + within(_TURN_RAD), 2 * math.pi)),
+    )
+    mass, friction = body.mass_kg * around(_MASS), body.friction * around(_FRICTION)
+    return replace(body, size_m=(x, y, z), pose=pose, mass_kg=mass, friction=friction)
+
+
+def _place(scene: Scene, body: Body) -> str | None:
+    assert body.pose is not None
+    x, y, z = body.pose.xyz_m
+    return scene.most_specific(x, y, z - body.size_m[2] / 2)
