@@ -38,6 +38,8 @@ MAX_GRASP_M = 0.07
 """The widest thing that the gripper of a panda closes on, with room for the fingers."""
 DEFAULT_MASS_KG = 0.08
 DEFAULT_FRICTION = 0.8
+DEFAULT_ROLLING = 0.001
+"""Rolling friction of cylinders and spheres: the lever arm in metres, as on a hard floor."""
 
 COLOURS: Mapping[str, Vec3] = MappingProxyType(
     {
@@ -120,8 +122,8 @@ class ScenePlace:
 class Body:
     """A thing that is not fixed: an object in play, with its pose at the start, or a parked obstacle, with none.
 
-    `size_m` are full extents along the body's own axes; a cylinder's are diameter, diameter, height. What is not
-    `movable` is too wide or too heavy for the robot.
+    `size_m` are full extents along the body's own axes; a cylinder's are diameter, diameter, height. `rolling` is
+    the rolling friction of what is round. What is not `movable` is too wide or too heavy for the robot.
     """
 
     id: str
@@ -133,6 +135,7 @@ class Body:
     mass_kg: float = DEFAULT_MASS_KG
     friction: float = DEFAULT_FRICTION
     pose: Pose | None = None
+    rolling: float = DEFAULT_ROLLING
     movable: bool = True
     line: int = field(default=0, compare=False)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -113,25 +114,29 @@ class Bench:
             self._slip_ticks -= 1
             if not self._slip_ticks:
                 panda.grip(panda.opening_m)
-        grasped: str | None = None
+        pressed: Counter[str] = Counter()
         for i in range(0, STEPS_PER_TICK, _SUBSTEPS):
             panda.command()
             base.command()
             for k in range(_SUBSTEPS):
                 client.stepSimulation()
                 if gripping and i + k >= STEPS_PER_TICK - _GRASP_STEPS:
-                    grasped = self._grasped(grasped, first=i + k == STEPS_PER_TICK - _GRASP_STEPS)
+                    pressed.update(self._pressed())
         self._steps += STEPS_PER_TICK
-        self.sensed = self._sense(grasped)
+        self.sensed = self._sense(self._grasped(pressed))
         return self.sensed
 
-    def _grasped(self, so_far: str | None, *, first: bool) -> str | None:
-        """The body that both fingers press now, if it is the one that they have pressed since the first step."""
-        forces = self._finger_forces()
-        for id_, (left, right) in sorted(forces.items()):
-            if left > _GRASP_FORCE_N and right > _GRASP_FORCE_N and (first or id_ == so_far):
-                return id_
-        return None
+    def _grasped(self, pressed: Counter[str]) -> str | None:
+        """The body that both fingers have pressed for all of the last steps; one that was held stays so as long as it
+        is pressed at all."""
+        if self._held is not None and pressed[self._held]:
+            return self._held
+        return min((id_ for id_, steps in pressed.items() if steps == _GRASP_STEPS), default=None)
+
+    def _pressed(self) -> list[str]:
+        """The bodies that both fingers press now."""
+        forces = self._finger_forces().items()
+        return [id_ for id_, (left, right) in forces if left > _GRASP_FORCE_N and right > _GRASP_FORCE_N]
 
     def _finger_forces(self) -> dict[str, tuple[float, float]]:
         forces: dict[str, list[float]] = {}

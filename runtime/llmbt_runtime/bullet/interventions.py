@@ -14,7 +14,7 @@ import numpy as np
 
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.geometry import Vec3, yaw_from_quat
-from llmbt_ir.scene import Body, Scene, ScenePlace
+from llmbt_ir.scene import MAX_GRASP_M, Body, Scene, ScenePlace
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.bench import Bench
 from llmbt_runtime.bullet.bodies import BodyState, Extent, lying_at
@@ -121,6 +121,8 @@ class Interventions:
             return None
         if due.target is not None and now.held != due.target:
             return None
+        if sorted(self.bench.kinds[now.held].size_m)[1] > MAX_GRASP_M:
+            return None  # it might come to lie so that the gripper does not close on it
         x, y = self._landing(now.held)
         mine = [g for g in self.goals if g.name == "On" and g.args[0] == now.held]
         wanted = [self.scene.place(g.args[1]).surface_m for g in mine]

@@ -21,7 +21,7 @@ _RESTLESS_TICKS = 20
 """After this many ticks in which something moves, approaches are judged all the same: it may roll for ever."""
 _AFFECTS_M = 0.6
 """What has moved changes nothing for the approach to things that are further away than this."""
-_POSES_TRIED = 6
+_POSES_TRIED = 30
 
 
 @dataclass
@@ -122,7 +122,7 @@ class Judge:
         floor = self.terrain.floor(sensed.states, sensed.held)
         here = (sensed.base.x_m, sensed.base.y_m)
         poses = self.terrain.poses_for(state, places, floor, sensed.base)
-        for pose in itertools.islice(poses, 2 * _POSES_TRIED):
+        for pose in itertools.islice(poses, _POSES_TRIED):
             if not floor.connected(here, (pose.x_m, pose.y_m)):
                 continue
             if self.can_take(id_, sensed, pose):

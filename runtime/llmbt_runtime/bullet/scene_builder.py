@@ -99,7 +99,7 @@ def add_bodies(client: BulletClient, scene: Scene, *, visible: bool = False) -> 
             -1,
             lateralFriction=b.friction,
             spinningFriction=0.002,
-            rollingFriction=0.001 if rolls else 0.0,
+            rollingFriction=b.rolling if rolls else 0.0,
             activationState=client.ACTIVATION_STATE_DISABLE_SLEEPING,
         )
         found[b.id] = body
