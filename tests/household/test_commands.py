@@ -103,6 +103,19 @@ def test_a_thing_that_cannot_be_taken_is_a_warning(capfd: pytest.CaptureFixture[
     assert called(capfd, "scene", "check", tmp_path / "none.xml")[0] == 1
 
 
+def test_the_pantry_of_the_worked_example(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """docs/own-scene.md, by the letter."""
+    examples = Path(__file__).resolve().parents[2] / "docs" / "examples"
+    request, scene, tape = "Bring the guest the lemonade.", examples / "pantry.xml", tmp_path / "pantry.yaml"
+    reply = ["--reply", examples / "pantry-reply.txt", "-o", tape]
+    assert called(capfd, "cassette", "author", request, "--scene", scene, *reply)[0] == 0
+    order = ["run", request, "--scene", scene, "--cassette", tape, "-o", tmp_path / "o", "--disturb", "base_blocked"]
+    code, found = as_json(capfd, *order)
+    assert code == 0 and [(g["name"], g["args"]) for g in found["goals"]] == [("On", ["lemonade", "guest"])]
+    assert [d["name"] for d in found["disturbances"]] == ["base_blocked"]
+    assert "clear_way" in [a["name"] for a in found["actions"]]
+
+
 # ------------------------------------------------------------------------------------------------ films, variation
 
 
