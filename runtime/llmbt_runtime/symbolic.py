@@ -52,14 +52,17 @@ class SymbolicWorld:
         ticks: tuple[int, int] = (1, 8),
         failure_rate: float = 0.0,
         events: Iterable[Event] = (),
+        goals: tuple[Condition, ...] = (),
     ) -> None:
-        """`ticks` bounds how long an action lasts, both included."""
+        """`ticks` bounds how long an action lasts, both included; a disturbance is over once a goal about its target
+        holds, too."""
         self._domain = domain
         self._facts = facts
         self._rng = rng
         self._ticks = ticks
         self._failure_rate = failure_rate
         self._events = tuple(events)
+        self._goals = goals
         self._log: tuple[Disturbed, ...] = ()
         self._now = 0
         self._running: GroundAction | None = None
@@ -162,9 +165,10 @@ class SymbolicWorld:
         return all(holds(c, self._facts) for c in event.when)
 
     def _recovered(self) -> None:
+        reached = {arg for g in self._goals if holds(g, self._facts) for arg in g.args}
         self._log = tuple(
             replace(d, recovered_at_s=self.time_s)
-            if d.recovered_at_s is None and d.broke and set(d.broke) <= self._facts
+            if d.recovered_at_s is None and d.broke and (set(d.broke) <= self._facts or d.target in reached)
             else d
             for d in self._log
         )

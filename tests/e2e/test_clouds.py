@@ -41,7 +41,7 @@ def test_capture_and_map(llmbt: Run, tmp_path: Path) -> None:
     ("arguments", "code", "says"),
     [
         (("scene", "map", "cargo_sorting", "nowhere.ply"), 1, "E001"),
-        (("scene", "map", "cargo_sorting", "pyproject.toml"), 1, "E401"),
+        (("scene", "map", "cargo_sorting", "pyproject.toml"), 1, "E451"),
         (("scene", "map", "cargo_sorted"), 1, "E040"),
         (("compile", "x", "--scene", "cargo_sorting", "-o", "o", "--map", "m.xml", "--recognise"), 2, "E012"),
     ],

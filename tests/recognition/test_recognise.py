@@ -240,10 +240,10 @@ def test_a_users_own_file(tmp_path: Path) -> None:
     ("name", "content", "code"),
     [
         ("none.ply", None, "E001"),
-        ("cloud.obj", "v 1 2 3", "E401"),
-        ("bad.ply", "hello", "E401"),
-        ("bad.pcd", "hello", "E401"),
-        ("empty.ply", "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nend_header\n", "E401"),
+        ("cloud.obj", "v 1 2 3", "E451"),
+        ("bad.ply", "hello", "E451"),
+        ("bad.pcd", "hello", "E451"),
+        ("empty.ply", "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nend_header\n", "E451"),
     ],
 )
 def test_what_is_no_cloud(tmp_path: Path, name: str, content: str | None, code: str) -> None:
@@ -259,4 +259,4 @@ def test_what_is_no_capture(tmp_path: Path, content: str) -> None:
     (tmp_path / "capture.json").write_text(content)
     with pytest.raises(LlmbtError) as fault:
         read_capture((tmp_path,))
-    assert fault.value.diagnostics[0].code == "E402"
+    assert fault.value.diagnostics[0].code == "E452"

@@ -62,6 +62,12 @@ def lit_colour(rgb: Array) -> Array:
 
 
 def colour_distances(a: Array, b: Array) -> Array:
-    """How far colours (N x 3, sRGB) are from one (3 numbers) in CIELAB, lightness counting half."""
-    difference = lab_of(b) - lab_of(a[None])
-    return np.asarray(np.linalg.norm(difference * (_LIGHTNESS_WEIGHT, 1.0, 1.0), axis=1))
+    """How far colours (N x 3, sRGB) are from one (3 numbers), lightness counting half: the difference of CIE 1994, in
+    which a paler shade is near and another hue is far."""
+    one, others = lab_of(a[None]), lab_of(b)
+    chroma, chromas = np.hypot(one[:, 1], one[:, 2]), np.hypot(others[:, 1], others[:, 2])
+    mean, paler = np.sqrt(chroma * chromas), chromas - chroma
+    hue = np.sqrt(np.maximum(((others[:, 1:] - one[:, 1:]) ** 2).sum(axis=1) - paler**2, 0.0))
+    lighter = _LIGHTNESS_WEIGHT * (others[:, 0] - one[:, 0])
+    terms = np.column_stack([lighter, paler / (1 + 0.045 * mean), hue / (1 + 0.015 * mean)])
+    return np.asarray(np.linalg.norm(terms, axis=1))

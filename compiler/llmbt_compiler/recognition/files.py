@@ -40,7 +40,7 @@ def write_capture(folder: Path, clouds: Mapping[str, PointCloud], capture: Captu
 def read_capture(paths: tuple[Path, ...]) -> Capture:
     """All points of some files, or of those that a folder's `capture.json` names, with what that says of the robot.
 
-    Errors: E001 a file that cannot be read; E401 one that is no point cloud, or an empty one; E402 a `capture.json`
+    Errors: E001 a file that cannot be read; E451 one that is no point cloud, or an empty one; E452 a `capture.json`
     that is none. Where one of the files has no colours, none of them count.
     """
     files: list[Path] = []
@@ -78,7 +78,7 @@ def _known(path: Path) -> tuple[Gripper | None, tuple[NDArray[np.float64], ...]]
 
 def _no_capture(path: Path, fault: Exception) -> LlmbtError:
     hint = "write it with `llmbt scene capture`, or take it away: the robot's own points then have to be gone already"
-    return LlmbtError(Diagnostic("E402", f"`{path}` is no capture: {fault!r}", Span(str(path)), help=hint))
+    return LlmbtError(Diagnostic("E452", f"`{path}` is no capture: {fault!r}", Span(str(path)), help=hint))
 
 
 def _read(path: Path) -> tuple[PointCloud, bool]:
@@ -105,5 +105,5 @@ def _read(path: Path) -> tuple[PointCloud, bool]:
 def _no_cloud(path: Path, why: str) -> LlmbtError:
     title = f"`{path}` cannot be read as a point cloud: {why}"
     return LlmbtError(
-        Diagnostic("E401", title, Span(str(path)), help="give a .ply or .pcd file with x, y, z and colours")
+        Diagnostic("E451", title, Span(str(path)), help="give a .ply or .pcd file with x, y, z and colours")
     )

@@ -14,7 +14,7 @@ from llmbt_compiler.recognition.solids import Fit, Geometry, Kind
 
 __all__ = ["identify", "shape_word"]
 
-_PER_COLOUR, _PER_METRE_ROOT = 0.1, 6.0
+_PER_COLOUR, _PER_METRE_ROOT = 0.2, 6.0
 _NO_POSITION_M = 0.5
 """A thing that was nowhere counts as having been so far away."""
 _UNLIKELY = 1.0

@@ -17,7 +17,7 @@ SEED = 0
 
 @cache
 def open3d() -> Any:
-    """The module; E400 where it cannot be loaded, with how to mend it."""
+    """The module; E450 where it cannot be loaded, with how to mend it."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # with more, RANSAC's draws come in another order each time
     try:
         import libusb_package
@@ -25,6 +25,6 @@ def open3d() -> Any:
         ctypes.CDLL(str(libusb_package.get_library_path()), ctypes.RTLD_GLOBAL)
         import open3d as module
     except (ImportError, OSError) as fault:
-        raise LlmbtError(Diagnostic("E400", f"Open3D cannot be loaded: {fault}", help="see `llmbt doctor`")) from None
+        raise LlmbtError(Diagnostic("E450", f"Open3D cannot be loaded: {fault}", help="see `llmbt doctor`")) from None
     module.utility.set_verbosity_level(module.utility.VerbosityLevel.Error)
     return module

@@ -56,7 +56,7 @@ class BulletWorld:
         self._stage = Stage(scene)
         self._bench = Bench(scene)
         self._approach = Approach(self._stage)
-        terrain = self._terrain = Terrain(self._stage, self._approach, self._bench.kinds)
+        terrain = self.terrain = Terrain(self._stage, self._approach, self._bench.kinds)
         judge = self._judge = Judge(self._approach, terrain)
         base = BaseConditions(terrain)
         self._conditions = Conditions(self._stage, self._bench.kinds, judge, base)
@@ -82,7 +82,7 @@ class BulletWorld:
         self._outcome: ActionReport | None = None
         self._halting = False
         rng = np.random.default_rng(seed)
-        here = Interventions(self._stage, self._bench, self._approach, self._judge, self._terrain, goals, rng)
+        here = Interventions(self._stage, self._bench, self._approach, self._judge, self.terrain, goals, rng)
         self._disturber = Disturber(here, rng)
         self._disturber.plan(disturbances)
 
@@ -177,6 +177,8 @@ class BulletWorld:
             self._outcome = ActionReport(Status.SUCCESS)
         except SkillError as fault:
             self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
+            if fault.denies is not None:
+                self._conditions.deny(fault.denies)
         if self._outcome is not None:
             self._skill = None
 
