@@ -22,6 +22,7 @@ from llmbt_ir.diagnostics import LlmbtError
 from llmbt_runtime.search import Plan, Unsolvable, search
 
 from ..search.random_problems import Sample, samples
+from .awkward import AWKWARD
 from .domains import CLASSICS
 
 
@@ -63,10 +64,10 @@ def test_classics_are_solved(name: str) -> None:
     assert all(holds(g, here) for g in given_.goals[0])
 
 
-@pytest.mark.parametrize("name", CLASSICS)
+@pytest.mark.parametrize("name", [*CLASSICS, *AWKWARD])
 def test_actions_do_what_their_pddl_says(name: str) -> None:
     """Of every action that can be done in a state that can be reached, the effects are those that are written."""
-    domain, problem = CLASSICS[name]
+    domain, problem = (CLASSICS | AWKWARD)[name]
     library = import_domain(domain, f"{name}.pddl")
     given_ = import_problem(problem, library)
     seen: set[Facts] = {given_.facts}
@@ -84,9 +85,9 @@ def test_actions_do_what_their_pddl_says(name: str) -> None:
                     queue.append(expected)
 
 
-@pytest.mark.parametrize("name", CLASSICS)
+@pytest.mark.parametrize("name", [*CLASSICS, *AWKWARD])
 def test_a_library_loads_back_as_it_was_written(name: str) -> None:
-    domain, problem = CLASSICS[name]
+    domain, problem = (CLASSICS | AWKWARD)[name]
     library = import_domain(domain, f"{name}.pddl")
     written = write_library(library)
     again = parse_library(written, f"{name}.xml")

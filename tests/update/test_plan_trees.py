@@ -145,6 +145,13 @@ def test_what_only_has_to_come_before_hangs_by_a_literal_that_lasts() -> None:
     assert any("for the sake of what comes later" in s.reason for s in made[1])
 
 
+def test_a_plan_without_actions_is_the_goals_alone() -> None:
+    problem = Strips((), frozenset({Condition("p")}), ((Condition("p"),),))
+    for tree in (chain_tree(problem.goals[0], ()), flat_chain(problem.goals[0], ())):
+        assert tick(tree, problem.facts).status is NodeStatus.SUCCESS
+        assert tick(tree, frozenset()).status is NodeStatus.FAILURE
+
+
 def test_an_alternative_is_grown_in_its_own_branch() -> None:
     domain, facts, goals = PROBLEMS["places 6 1"]
     two: Goals = ((Condition("on", ("t0", "p0")), Condition("on", ("t1", "p0"))), goals[0])

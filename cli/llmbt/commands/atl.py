@@ -89,7 +89,7 @@ def show(library: str, as_json: bool) -> int:
 @click.option("-o", "--out", type=click.Path(path_type=Path), default=None, metavar="FILE.xml", help="Default: stdout.")
 @json_flag
 def import_pddl(domain: Path, out: Path | None, as_json: bool) -> int:
-    """Make a library of a PDDL domain: STRIPS with typing, negative preconditions and equality."""
+    """Make a library of a PDDL domain: STRIPS with typing, negative and disjunctive preconditions, equality."""
     from llmbt.render import print_json
     from llmbt_atl.pddl import import_domain, write_library
     from llmbt_ir.versions import write_atomic

@@ -78,7 +78,7 @@ def _written(
     groups = _Groups([frozenset(r) for r in rows[:-1]])
     nodes: list[Node] = []
     nothing: frozenset[Condition] = frozenset()
-    open_ = [(root, groups.parts(0, len(plan) - 1, 0), nothing)]
+    open_ = [(root, groups.parts(0, len(plan) - 1, 0) if plan else [], nothing)]
     while open_:
         fallback, parts, given = open_.pop()
         children = fallback.children
