@@ -66,6 +66,7 @@ class Bench:
         self.kinds: dict[str, Body] = {b.id: b for b in (*scene.objects, *scene.obstacles)}
         self.in_play: list[str] = [b.id for b in scene.objects]
         self._names = {body: id_ for id_, body in self.bodies.items()}
+        self._weigh()
         self._fixture_ids = frozenset(self.fixtures.values())
         self._steps = 0
         self._held: str | None = None
@@ -74,6 +75,11 @@ class Bench:
         for _ in range(STEPS_PER_TICK):
             client.stepSimulation()
         self.sensed = self._sense(None)
+
+    def _weigh(self) -> None:
+        """Bodies out of play have no mass, so that the solver has nothing to do with them."""
+        for id_, body in self.bodies.items():
+            self.client.changeDynamics(body, -1, mass=self.kinds[id_].mass_kg if id_ in self.in_play else 0)
 
     def remember(self) -> None:
         """What `restore` goes back to."""
@@ -88,6 +94,7 @@ class Bench:
         the next tick, which starts their trajectories from the first row.
         """
         self._memory.recall()
+        self._weigh()
         for k, body in enumerate(self.bodies.values()):
             self.client.resetBasePositionAndOrientation(body, (30.0 + 3.0 * k, -50.0, 50.0), (0, 0, 0, 1))
         self.client.performCollisionDetection()
@@ -203,10 +210,11 @@ class Bench:
     def put(self, id_: str, pose: Pose) -> None:
         """Set a body somewhere, at rest, and into play."""
         body = self.bodies[id_]
-        self.client.resetBasePositionAndOrientation(body, pose.xyz_m, pose.quat_xyzw)
-        self.client.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0))
         if id_ not in self.in_play:
             self.in_play.append(id_)
+            self.client.changeDynamics(body, -1, mass=self.kinds[id_].mass_kg)
+        self.client.resetBasePositionAndOrientation(body, pose.xyz_m, pose.quat_xyzw)
+        self.client.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0))
         self.surprises += 1
 
     def slip(self) -> None:
@@ -219,6 +227,7 @@ class Bench:
         index = list(self.kinds).index(id_)
         self.put(id_, Pose(parking_spot(index, self.kinds[id_].size_m[2]), IDENTITY_QUAT))
         self.in_play.remove(id_)
+        self.client.changeDynamics(self.bodies[id_], -1, mass=0)
 
     def others(self, *but: str | None) -> Iterable[tuple[str, BodyState]]:
         """The bodies in play, as last sensed, without some."""
