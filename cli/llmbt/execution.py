@@ -34,7 +34,11 @@ from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.symbolic_disturbance import symbolic_events
 from llmbt_runtime.world import World
 
-__all__ = ["Order", "execute_tree", "is_schedule", "load_tree", "read_state"]
+__all__ = ["Order", "Physics", "execute_tree", "is_schedule", "load_tree", "read_state"]
+
+
+Physics = Callable[[Scene, int, tuple[DisturbanceSpec, ...], tuple[Condition, ...]], World]
+"""Opens a physical world for a scene, a seed, what is to come, and what it is to come about."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,11 +126,12 @@ def execute_tree(
     *,
     extra: Mapping[str, Any] | None = None,
     judge: Judge | None = None,
+    physics: Physics | None = None,
 ) -> dict[str, Any]:
     """Execute a tree in `folder`, which holds it as its newest version already or gets it as v000.
 
     Writes the versions, `events.jsonl` and `result.json`, and returns the latter's content; what `judge` says of the
-    world after the end is part of it.
+    world after the end is part of it. `physics` opens a physical world in place of a new one.
     """
     started = time.monotonic()
     tree: Tree | Program
@@ -139,16 +144,17 @@ def execute_tree(
     aims = goals[0] if goals else _aims(tree, domain)
     start = facts_of_map(domain, to_semantic_map(order.scene))
     specs = disturbances(order, domain, start, aims)
-    run = _run_folder(data, source, provenance, library, folder, goals)
+    kind: dict[str, Any] = {} if order.update else {"update": False}
+    run = _run_folder(data, source, provenance, library, folder, goals, kind)
     if not (folder / "map.xml").exists():
         write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
-    world = _world(order, domain, aims, specs)
+    world = _world(order, domain, aims, specs, physics or _bullet)
     told = {
         "scene": order.scene.name,
         "world": order.world,
         "disturb": order.disturb,
         "drawn": [s.name for s in specs],
-        **({} if order.update else {"update": False}),
+        **kind,
         **(extra or {}),
     }
 
@@ -177,9 +183,16 @@ def _aims(tree: Tree | Program, domain: Domain) -> tuple[Condition, ...]:
 
 
 def _run_folder(
-    data: bytes, source: str, provenance: Provenance, library: Library, folder: Path, goals: Goals
+    data: bytes,
+    source: str,
+    provenance: Provenance,
+    library: Library,
+    folder: Path,
+    goals: Goals,
+    told: Mapping[str, Any],
 ) -> RunFolder:
-    """The folder's versions: those of the compile that wrote this very tree, or this tree copied as v000."""
+    """The folder's versions: those of the compile that wrote this very tree, or this tree copied as v000 with a record
+    that says what is `told`."""
     store = VersionStore(folder)
     versions = store.versions()
     if versions and versions[-1].record["sha256"] == sha256(data):
@@ -195,10 +208,11 @@ def _run_folder(
             "parent": None,
             "parent_sha256": provenance.parent_sha256,
             "from": Path(source).name,
+            **told,
         }
         store.append(data, record, 0)
-    told = provenance.goals or goal_records(goals)
-    return RunFolder(folder, signatures_of(library), told, number, sha256(data), f"tree.v{number:03d}.xml")
+    records = provenance.goals or goal_records(goals)
+    return RunFolder(folder, signatures_of(library), records, number, sha256(data), f"tree.v{number:03d}.xml")
 
 
 def disturbances(
@@ -217,10 +231,16 @@ def is_schedule(disturb: str) -> bool:
     return disturb.endswith(".xml") or "/" in disturb
 
 
-def _world(order: Order, domain: Domain, aims: tuple[Condition, ...], specs: tuple[DisturbanceSpec, ...]) -> World:
+def _world(
+    order: Order,
+    domain: Domain,
+    aims: tuple[Condition, ...],
+    specs: tuple[DisturbanceSpec, ...],
+    physics: Physics,
+) -> World:
     made: dict[str, Callable[[], World]] = {
         "symbolic": lambda: _symbolic(order, domain, aims, specs),
-        "bullet": lambda: _bullet(order, aims, specs),
+        "bullet": lambda: physics(order.scene, order.seed, specs, aims),
     }
     return made[order.world]()
 
@@ -245,10 +265,10 @@ def read_state(path: Path) -> Facts:
     return facts
 
 
-def _bullet(order: Order, aims: tuple[Condition, ...], specs: tuple[DisturbanceSpec, ...]) -> World:
+def _bullet(scene: Scene, seed: int, specs: tuple[DisturbanceSpec, ...], aims: tuple[Condition, ...]) -> World:
     from llmbt_runtime.bullet.world import BulletWorld
 
-    return BulletWorld(order.scene, order.seed, disturbances=specs, goals=aims)
+    return BulletWorld(scene, seed, disturbances=specs, goals=aims)
 
 
 def _picture(world: World, folder: Path, name: str) -> None:

@@ -85,7 +85,7 @@ class Run:
     @property
     def grew(self) -> bool:
         """Whether its tree could grow: not where it was ticked as it stands (`execute --no-update`)."""
-        return self.result.get("update", True) is not False
+        return self.result.get("update", self.stages[0].record.get("update", True)) is not False
 
     def stage(self, name: str) -> Stage:
         """A version by its name, as `v002` or `2`. E081 where there is none."""

@@ -19,6 +19,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "execute": ("llmbt.commands.execute:execute", "Run a tree against a world and let it grow."),
     "run": ("llmbt.commands.run:run", "Compile a request and execute its tree."),
     "experiment": ("llmbt.commands.experiment:experiment", "Many trials: the paper's tables, and other methods."),
+    "report": ("llmbt.commands.report:report", "A run, or an experiment, as a page to read."),
     "solve": ("llmbt.commands.solve:solve", "Run the update loop on a PDDL problem."),
     "tree": ("llmbt.commands.tree:tree", "Look at trees."),
     "atl": ("llmbt.commands.atl:atl", "Action template libraries."),

@@ -73,6 +73,9 @@ def test_a_tree_with_memory_subtrees_and_decorators(tmp_path: Path, capsys: pyte
     log = capsys.readouterr().out
     assert "v000  the tree as it was given, ticked as it stands" in log
     assert "place(object_2, position_13): SUCCESS" in log
+    (tmp_path / "out" / "result.json").unlink()
+    assert main(["tree", "log", str(tmp_path / "out")]) == 0
+    assert "the run was killed" in capsys.readouterr().out
     assert main(["tree", "why", str(tmp_path / "out"), "pick(object_1, sorting_area)"]) == 1
     assert "ticked as it stands" in capsys.readouterr().err
 

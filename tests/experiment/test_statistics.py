@@ -29,7 +29,6 @@ class TestWilson:
         other = wilson(n - good, n)
         assert math.isclose(low, 1 - other[1], abs_tol=1e-9)
 
-    @pytest.mark.extras
     @given(COUNTS)
     def test_as_scipy(self, counts):
         stats = pytest.importorskip("scipy.stats")
@@ -44,7 +43,6 @@ class TestMcNemar:
         assert mcnemar(1, 5) == 2 * 7 / 64
         assert mcnemar(3, 3) == 1.0
 
-    @pytest.mark.extras
     @given(st.integers(0, 60), st.integers(0, 60))
     def test_as_scipy(self, b, c):
         stats = pytest.importorskip("scipy.stats")

@@ -81,7 +81,7 @@ def test_a_full_place_is_made_room_on_first() -> None:
     full = start - facts("Free(user)") | facts("On(obstacle_1, user)", "Clear(obstacle_1)")
     result = run("On(milk, user)", now=full)
     assert result.outcome is Outcome.SUCCESS
-    assert "pick(obstacle_1, user)" in actions(result)
+    assert any(a.startswith("move_aside(obstacle_1, user, ") for a in actions(result))
 
 
 def test_what_stands_in_the_way_of_the_base_is_moved_with_an_empty_hand() -> None:

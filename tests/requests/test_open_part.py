@@ -1,4 +1,4 @@
-"""The open part of the requests stays decided as it is; the blind part is counted by `python -m tests.requests` alone."""
+"""The open part of the requests stays decided as it is; `python -m tests.requests` alone counts the blind part."""
 
 from __future__ import annotations
 

@@ -114,7 +114,61 @@ def _of_cases(name: str) -> click.Command:
             print_json(dict(found.document), 0)
         else:
             click.echo("\n".join(t.markdown() for t in found.tables))
-            click.echo(f"{found.document['n']} trials; tables, figures and pages in {folder}")
+            click.echo(f"{found.header['n']} trials; tables, figures and pages in {folder}")
         return 0
 
     return run
+
+
+@experiment.command()
+@click.argument("name", default="cargo_sorting", metavar="[NAME|FILE.xml]")
+@click.option("--world", type=click.Choice(["symbolic", "bullet", "both"]), default="symbolic", show_default=True)
+@click.option(
+    "--attacks", type=click.IntRange(0), default=0, show_default=True, help="Search for what breaks a method."
+)
+@click.option("--method", "methods", multiple=True, metavar="METHOD", help="One of the methods; all without it.")
+@pool_options
+@force
+@quiet
+@json_flag
+def baselines(
+    name: str,
+    world: str,
+    attacks: int,
+    methods: tuple[str, ...],
+    folder: Path,
+    resume: bool,
+    workers: int,
+    backend: str,
+    scheduler: str,
+    seed: int,
+    trials: int | None,
+    force: bool,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Other ways to execute the same goals, against the same disturbances, paired by seed.
+
+    --trials: scenarios a kind of disturbance (50) in the world of facts, in all (100) in physics.
+    """
+    from llmbt.experiment.baselines_study import BaselineOrder, run_baselines
+    from llmbt.experiment.cases import load_experiment
+    from llmbt.render import print_json
+    from llmbt_runtime.baselines import EXECUTORS
+
+    unknown = [m for m in methods if m not in EXECUTORS]
+    if unknown:
+        raise click.UsageError(f"unknown method {unknown[0]}; known: {', '.join(EXECUTORS)}")
+    worlds = ("symbolic", "bullet") if world == "both" else (world,)
+    wanted = trials or (100 if worlds == ("bullet",) else 50)
+    order = BaselineOrder(worlds, wanted, attacks, seed, methods or tuple(EXECUTORS))
+    pool = pool_of(workers, backend, scheduler)
+    found = run_baselines(
+        load_experiment(name), order, folder, pool, resume=resume, force=force, quiet=quiet or as_json
+    )
+    if as_json:
+        print_json(dict(found.document), 0)
+    else:
+        click.echo("\n".join(t.markdown() for t in (*found.tables, *found.times)))
+        click.echo(f"{found.header['n']} trials; tables, figures and pages in {folder}")
+    return 0

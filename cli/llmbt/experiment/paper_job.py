@@ -9,6 +9,7 @@ from pathlib import Path
 
 from llmbt.experiment.cases import Experiment, load_experiment
 from llmbt.experiment.plan import Trial
+from llmbt.experiment.run_page import run_page
 from llmbt.experiment.study import Done
 from llmbt.experiment.trial import Verdict, run_trial
 from llmbt_ir.diagnostics import LlmbtError
@@ -42,8 +43,10 @@ def work(job: PaperJob) -> Done:
         with tempfile.TemporaryDirectory(prefix="llmbt-") as made:
             folder = Path(made)
             line = run_trial(job.trial, case, folder)
-            kept = job.keep or not _as_it_should_be(line["kind"], line["verdict"])
-            files = {f"runs/{job.key}/{p.name}": p.read_bytes() for p in sorted(folder.iterdir())} if kept else {}
+            text = next(r.text for r in case.requests if r.id == job.trial.request)
+            files = {f"trials/{job.key}.html": run_page(folder, line=line, text=text, every_tree=False)}
+            if job.keep or not _as_it_should_be(line["kind"], line["verdict"]):
+                files |= {f"runs/{job.key}/{p.name}": p.read_bytes() for p in sorted(folder.iterdir())}
     except LlmbtError as fault:
         return Done(job.key, fault=fault.diagnostics, exit_code=fault.exit_code)
     return Done(job.key, line, files)

@@ -10,7 +10,7 @@ import random
 from collections.abc import Mapping, Sequence
 from statistics import NormalDist
 
-__all__ = ["bootstrap_by_group", "holm", "mcnemar", "median_time", "wilson"]
+__all__ = ["bootstrap_by_group", "holm", "mcnemar", "median_time", "survival", "wilson"]
 
 Interval = tuple[float, float]
 
@@ -65,15 +65,17 @@ def holm(p_values: Sequence[float]) -> tuple[float, ...]:
     return tuple(adjusted)
 
 
-def median_time(ended: Sequence[float], censored: Sequence[float]) -> float | None:
-    """The Kaplan-Meier median of a time of which some were not seen to end (`censored`: how long they were watched);
-    None where half of them did not end while watched."""
-    times = sorted(set(ended))
-    alive, at_risk = 1.0, len(ended) + len(censored)
-    watched = sorted(censored)
-    for t in times:
-        risk = at_risk - sum(e < t for e in ended) - sum(c < t for c in watched)
+def survival(ended: Sequence[float], censored: Sequence[float]) -> tuple[tuple[float, float], ...]:
+    """Kaplan and Meier: after each time at which something ended, the share that had not ended by then. `censored` is
+    how long the others were watched."""
+    alive, found = 1.0, []
+    for t in sorted(set(ended)):
+        risk = sum(e >= t for e in ended) + sum(c >= t for c in censored)
         alive *= 1 - sum(e == t for e in ended) / risk
-        if alive <= 0.5 + 1e-12:
-            return t
-    return None
+        found.append((t, alive))
+    return tuple(found)
+
+
+def median_time(ended: Sequence[float], censored: Sequence[float]) -> float | None:
+    """The Kaplan-Meier median; None where half of them did not end while watched."""
+    return next((t for t, alive in survival(ended, censored) if alive <= 0.5 + 1e-12), None)

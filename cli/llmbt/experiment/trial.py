@@ -21,7 +21,9 @@ from llmbt_atl.state import Domain
 from llmbt_compiler.reasoning.cassette import read_cassette
 from llmbt_ir.condition import Condition, Goals, satisfied
 from llmbt_ir.diagnostics import ExitCode, LlmbtError
+from llmbt_ir.scene import Scene
 from llmbt_ir.versions import VersionStore
+from llmbt_runtime.disturbance import DisturbanceSpec
 from llmbt_runtime.outcome import Outcome
 from llmbt_runtime.world import World, WorldLostError
 
@@ -145,6 +147,7 @@ def _executed(trial: Trial, case: Case, folder: Path) -> dict[str, Any]:
         order,
         Progress(quiet=True),
         judge=lambda world, outcome: judged(case.success, world, outcome),
+        physics=_physics,
     )
     told = [v.record for v in VersionStore(folder).versions()]
     return {
@@ -161,6 +164,12 @@ def _executed(trial: Trial, case: Case, folder: Path) -> dict[str, Any]:
         "nodes": [r["nodes"] for r in told if "nodes" in r],
         "sim_time_s": document["sim_time_s"],
     }
+
+
+def _physics(scene: Scene, seed: int, specs: tuple[DisturbanceSpec, ...], aims: tuple[Condition, ...]) -> World:
+    from llmbt.experiment.worlds import kept_world
+
+    return kept_world(scene, seed, specs, aims)
 
 
 def _verdict(found: Mapping[str, Any]) -> str:

@@ -54,7 +54,7 @@ class Ledger:
         """A second ledger that goes on from here by itself."""
         return replace(
             self, where=dict(self.where), goals=list(self.goals), pending=dict(self.pending),
-            touched=set(self.touched), notes=list(self.notes),
+            touched=set(self.touched), notes=list(self.notes), moves=list(self.moves),
         )  # fmt: skip
 
     def standing(self) -> tuple[frozenset[Condition], frozenset[str], Condition | None, str | None]:

@@ -25,7 +25,7 @@ from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.space import certainty, related
+from llmbt_compiler.parsing.space import arrangement, certainty, related
 from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
 from llmbt_compiler.parsing.weigh import Trial, weigh
 from llmbt_compiler.parsing.words import lexicon, tokens
@@ -120,6 +120,7 @@ class _Walker(Acting):
             return
         step = relabelled(step, self.scene)
         self.mentioned, self.used = mentioned(step, self.scene), []
+        self.ordered = arrangement(step.text) is not None
         found = clauses(step)
         self.use(*(t for c in found for p in c.phrases for t in p.parts))
         if not found and self.names_both(step):

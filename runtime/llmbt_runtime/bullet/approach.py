@@ -11,6 +11,9 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
+import numpy as np
+from numpy.typing import NDArray
+
 from llmbt_ir.geometry import Vec3
 from llmbt_ir.scene import Body, ScenePlace
 from llmbt_runtime.bullet.bodies import BodyState
@@ -24,6 +27,8 @@ from llmbt_runtime.bullet.spots import SPOT_GAP_TILTED_M, free_spots
 from llmbt_runtime.bullet.stage import Stage
 
 __all__ = ["Approach"]
+
+Array = NDArray[np.float64]
 
 PREGRASP_M = 0.09
 """The hand comes straight down from at least this far above a grasp."""
@@ -99,12 +104,21 @@ class Approach:
         q = solve_one(tip)
         if q is None:
             return False
+        self._pose_joints(q, opening_m)
+        return True
+
+    def _pose_joints(self, q: Array, opening_m: float) -> None:
         client, robot = self.client, self._robot
         for j, value in zip(robot.joints.arm, q.tolist(), strict=True):
             client.resetJointState(robot.body, j, value)
         for j in robot.joints.fingers:
             client.resetJointState(robot.body, j, opening_m / 2)
-        return True
+
+    def touches(self, q: Array, opening_m: float) -> bool:
+        """Whether the arm at some joint angles touches a fixture or a mirrored body."""
+        self._pose_joints(q, opening_m)
+        fixture, bodies = self._arm_hits(None)
+        return fixture or bool(bodies)
 
     def _arm_hits(self, without: str | None) -> tuple[bool, tuple[str, ...]]:
         """Whether the arm as posed touches a fixture, and which bodies it touches."""

@@ -20,6 +20,7 @@ _HIGHER_M, _LEAST_DEPTH_M = 0.009, 0.012
 """Where a step is in the way of the palm, a thing is taken this much higher, if that is not too near its top."""
 _OPEN_BESIDE_M = (0.010, 0.005)
 """How far the fingers are open beside a thing on either side; the second in tight places."""
+_OFF_CENTRE_M = 0.015
 _TILT_LIMIT = math.sin(math.radians(40))
 
 
@@ -70,6 +71,8 @@ def grasps_of(frame: BasePose, body: Body, state: BodyState) -> list[Grasp]:
     deepest = min(ext.half[2], _GRASP_DEPTH_M)
     depths = (deepest, max(deepest - _HIGHER_M, _LEAST_DEPTH_M))
     found: list[tuple[tuple[float, ...], Grasp]] = []
+    on_side = body.shape == "cylinder" and abs(state.axes[2][2]) < 0.5
+    lying_m = min(_OFF_CENTRE_M, max(0.0, body.size_m[2] / 2 - 0.02)) if on_side else 0.0
     square = [(0, *axis) for axis in _finger_axes(body, state)]
     askew = [(1, *axis) for axis in _askew_axes(body, state)]
     for (turns, yaw, width), depth, beside in itertools.product(square + askew, depths, _OPEN_BESIDE_M):
@@ -78,6 +81,8 @@ def grasps_of(frame: BasePose, body: Body, state: BodyState) -> list[Grasp]:
         z = max(ext.top_m - depth, ext.bottom_m + FINGER_BELOW_TIP_M + 0.001)
         x, y, zb, yb = frame.to_base(*state.xyz[:2], z, yaw)
         yb = central_yaw(x, y, yb)
+        if lying_m:  # nearer to the end that will be up, should it be set upright
+            x, y = x - lying_m * math.sin(yb), y + lying_m * math.cos(yb)
         twist = abs(yb - (math.pi / 2 + math.atan2(y, x)))
         opening = min(MAX_OPENING_M, width + 2 * beside)
         found.append(((turns, -beside, -round(depth, 4), round(twist, 3)), Grasp((x, y, zb, yb), opening, width)))

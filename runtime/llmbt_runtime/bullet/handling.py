@@ -12,6 +12,7 @@ from llmbt_ir.scene import Scene, ScenePlace
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.arm import FINE_ACCELERATION, FINE_SPEED, TRACKING_LIMIT_RAD, Arm, Skill, SkillError, far
 from llmbt_runtime.bullet.bodies import BodyState
+from llmbt_runtime.bullet.erecting import Erector, lies
 from llmbt_runtime.bullet.grasping import Carried, Grasp, Verdict
 from llmbt_runtime.bullet.kinematics import TipPose
 from llmbt_runtime.bullet.reporting import Reporter
@@ -40,6 +41,7 @@ class Hand:
 
     def __post_init__(self) -> None:
         self.bench, self.stage = self.arm.bench, self.arm.stage
+        self.erector = Erector(self.arm, self.approach)
 
     @property
     def scene(self) -> Scene:
@@ -173,6 +175,9 @@ class Hand:
         if self.bench.sensed.held != target:
             raise SkillError("not_holding", self.bench.sensed.held)
         carried = self.arm.carried = self._carried(target, self.bench.panda.finger_gap())
+        if lies(self.bench.kinds[target], self._state(target)) and any(p.id == place.id for p in self.scene.places):
+            yield from self._erect(target, place, carried)
+            return
         for _ in range(_REPLANS):
             shifts, place = self.stage.shifts, self._now(place)
             (x, y), how = self._choose(carried, place, for_)
@@ -186,6 +191,17 @@ class Hand:
         tip = (*how.tip[:2], how.tip[2] + _LET_GO_ABOVE_M, how.tip[3])
         yield from self.arm.down(tip, target)
         yield from self._let_go(target, place, how)
+
+    def _erect(self, target: str, place: ScenePlace, carried: Carried) -> Skill:
+        """Set a cylinder that lies in the hand upright."""
+        place = self._now(place)
+        self._mirror(without=target)
+        how = self.erector.plan(carried, self.bench.kinds[target], place)
+        yield from self.arm.over(self.erector.above(how), target)
+        yield from self.arm.line(self.erector.above(how), FINE_SPEED, FINE_ACCELERATION, carrying=target)
+        self.reporter.enter_contact(target, (place.id,))
+        yield from self.erector.set_upright(how)
+        yield from self._settled(Condition("On", (target, place.id)))
 
     def _now(self, place: ScenePlace) -> ScenePlace:
         """A place of the scene where it is by now."""
@@ -243,6 +259,11 @@ class Hand:
         yield from self.arm.wait(3)
         yield from self.arm.up(0.07, FINE_SPEED)
         on = Condition("On", (target, place.id)) if known else Condition("Fallen", (target,))
+        yield from self._settled(on)
+
+    def _settled(self, on: Condition) -> Skill:
+        """Wait until a thing that was let go stands, and see that it does."""
+        bench = self.bench
         for _ in range(_SETTLE_TICKS):
             if on in self.facts() and not bench.sensed.touched:
                 break

@@ -7,14 +7,15 @@ arm swings round its base instead of cutting through it. Frame: the robot's base
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from llmbt_runtime.bullet.kinematics import TipPose, solve
+from llmbt_runtime.bullet.kinematics import TipPose, solve, solve_pitched
 
-__all__ = ["CONTROL_HZ", "Follower", "Trajectory", "brake", "hold", "plan_line", "straight"]
+__all__ = ["CONTROL_HZ", "Follower", "Trajectory", "brake", "hold", "plan_line", "plan_pitched", "straight"]
 
 Array = NDArray[np.float64]
 
@@ -64,8 +65,28 @@ def plan_line(start: TipPose, end: TipPose, speed_rad_s: float, acceleration_rad
 
     The duration is the shortest for which no joint is faster or accelerates more than asked for.
     """
+    return _timed(lambda s: _interpolate(start, end, s), speed_rad_s, acceleration_rad_s2)
+
+
+def plan_pitched(
+    theta: float,
+    start: tuple[float, float, float],
+    end: tuple[float, float, float],
+    speed_rad_s: float,
+    acceleration_rad_s2: float,
+) -> Trajectory | None:
+    """As `plan_line`, in the plane of the arm: from one radius, height and pitch of the hand to another."""
+
+    def at(s: Array) -> Array:
+        r, z, pitch = (a + s * (b - a) for a, b in zip(start, end, strict=True))
+        return solve_pitched(r, z, pitch, theta)
+
+    return _timed(at, speed_rad_s, acceleration_rad_s2)
+
+
+def _timed(path_at: Callable[[Array], Array], speed_rad_s: float, acceleration_rad_s2: float) -> Trajectory | None:
     s = np.linspace(0.0, 1.0, _SAMPLES)
-    q = _interpolate(start, end, s)
+    q = path_at(s)
     if np.isnan(q).any():
         return None
     slope = np.gradient(q, s, axis=0)
@@ -81,7 +102,7 @@ def plan_line(start: TipPose, end: TipPose, speed_rad_s: float, acceleration_rad
     n = math.ceil(seconds * CONTROL_HZ)
     t = np.arange(1, n + 1) / n
     along = t**3 * (10 - 15 * t + 6 * t * t)
-    path = _interpolate(start, end, along)
+    path = path_at(along)
     dq = np.gradient(np.vstack([q[:1], path]), 1 / CONTROL_HZ, axis=0)[1:]
     dq[-1] = 0.0
     return Trajectory(path, dq)

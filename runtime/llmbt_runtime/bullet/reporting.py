@@ -29,7 +29,8 @@ def post_of(action: ActionCall) -> tuple[Condition, ...]:
         case (("place" | "put_down"), (o, p)):
             return (Condition("On", (o, p)), Condition("HandEmpty"))
         case "move_aside", (o, p, region):
-            return (Condition("Free", (p,)), Condition("On", (o, region)), Condition("HandEmpty"))
+            where = Condition("On", (o, region)), Condition("Near", (region,))
+            return (Condition("Free", (p,)), *where, Condition("HandEmpty"))
         case "clear_away", (b, o, p, region):
             return (
                 Condition("Clear", (o,)),

@@ -7,6 +7,7 @@ The platform stands for one on wheels that can go any way; it touches the floor 
 from __future__ import annotations
 
 import math
+import re
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +33,8 @@ _FINGER_SPEED_M_S = 0.15
 _ARM_FORCE = (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)
 _STRONGER = 4.0
 """The motors of joints 5-7 are given some room: position control in Bullet does not compensate gravity."""
+_FINGER_BOXES = ((0.0076, 0.0449, "0.0175 0.0152 0.0175"), (0.0186, 0.0185, "0.021 0.015 0.037"))
+"""Of the left finger, in its link's frame: y and z of the middle, and the size. The pad, and what carries it."""
 _BASE_FORCE_N = 5000.0
 _PLATFORM_KG = 40.0
 _PLATFORM_OFF_FLOOR_M = 0.01
@@ -77,23 +80,37 @@ class Loaded:
 def load_robot(client: BulletClient, scene: Scene, *, visible: bool) -> Loaded:
     """Load a scene's robot, standing where the scene says; without its visual meshes it takes a tenth of the time."""
     flags = 0 if visible else client.URDF_IGNORE_VISUAL_SHAPES
-    panda = Path(DATA_PATH, "franka_panda", "panda.urdf")
+    panda = _panda_urdf()
     if scene.robot is RobotModel.PANDA:
         quat = client.getQuaternionFromEuler((0, 0, scene.robot_yaw_rad))
         return Loaded(_load(client, panda, scene.robot_xyz_m, quat, flags), _PANDA)
     height = scene.robot_xyz_m[2]
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "mobile_panda.urdf")
-        path.write_text(_mobile_urdf(panda.read_text(encoding="utf-8"), height), encoding="utf-8")
-        robot = Loaded(_load(client, path, (0.0, 0.0, height), (0, 0, 0, 1), flags), _MOBILE_PANDA)
+    urdf = _mobile_urdf(panda, height)
+    robot = Loaded(_load(client, urdf, (0.0, 0.0, height), (0, 0, 0, 1), flags), _MOBILE_PANDA)
     robot.stand_at(client, BasePose.of_scene(scene))
     return robot
 
 
-def _load(client: BulletClient, path: Path, xyz_m: object, quat: object, flags: int) -> int:
-    with quiet_stdout():
+def _load(client: BulletClient, urdf: str, xyz_m: object, quat: object, flags: int) -> int:
+    with tempfile.TemporaryDirectory() as folder, quiet_stdout():
+        path = Path(folder, "robot.urdf")
+        path.write_text(urdf, encoding="utf-8")
         body: int = client.loadURDF(str(path), xyz_m, quat, useFixedBase=True, flags=flags)
     return body
+
+
+def _panda_urdf() -> str:
+    """The model that comes with pybullet, the fingers' collision meshes replaced by boxes: two boxes touch in up to
+    eight points, a mesh and a box now and then in one, about which a long thing turns in the hand."""
+    text = Path(DATA_PATH, "franka_panda", "panda.urdf").read_text(encoding="utf-8")
+    mesh = re.compile(r"<collision>(?:(?!</collision>).)*collision/finger\.obj.*?</collision>", re.DOTALL)
+    text = mesh.sub("".join(_finger_box(1, *box) for box in _FINGER_BOXES), text, count=1)
+    text = mesh.sub("".join(_finger_box(-1, *box) for box in _FINGER_BOXES), text, count=1)
+    return text.replace("package://meshes", f"{DATA_PATH}/franka_panda/meshes")
+
+
+def _finger_box(side: int, y_m: float, z_m: float, size: str) -> str:
+    return f'<collision><origin xyz="0 {side * y_m} {z_m}"/><geometry><box size="{size}"/></geometry></collision>'
 
 
 def _mobile_urdf(panda: str, height_m: float) -> str:
@@ -127,7 +144,6 @@ def _mobile_urdf(panda: str, height_m: float) -> str:
         + joint("base_joint_yaw", "continuous", "base_y", "platform", "0 0 1")
         + joint("mount", "fixed", "platform", "panda_link0", "0 0 1")
     )
-    panda = panda.replace("package://meshes", f"{DATA_PATH}/franka_panda/meshes")
     at = panda.index('<link name="panda_link0">')
     return panda[:at] + stand + panda[at:]
 

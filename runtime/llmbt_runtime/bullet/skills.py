@@ -75,6 +75,8 @@ class Skills:
     def transfer(self, target: str, place: str, region: str, for_: str | None = None) -> Skill:
         """Take a thing and put it down in a region, so that `for_` can be taken afterwards."""
         yield from self.pick(target, place)
+        if self.driver.drives and region != place:
+            yield from self.driver.navigate(region)
         yield from self.hand.put(target, self.hand.scene.place(region), for_)
 
     def recover(self, target: str, place: str) -> Skill:

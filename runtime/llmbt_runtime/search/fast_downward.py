@@ -20,9 +20,11 @@ from llmbt_atl.state import Domain
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError
 from llmbt_runtime.search.best_first import Budget
-from llmbt_runtime.search.core import DEFAULT_BUDGET, OutOfBudget, Plan, Result, Unsolvable, quick_proof, smallest
+from llmbt_runtime.search.core import DEFAULT_BUDGET
 from llmbt_runtime.search.mutex import Mutexes, mutexes_of
 from llmbt_runtime.search.problem import Problem, Unreachable, bits, problem_of
+from llmbt_runtime.search.proof import quick_proof, smallest, unreachable_goal
+from llmbt_runtime.search.result import OutOfBudget, Plan, Result
 from llmbt_runtime.search.shorten import shortened
 from llmbt_runtime.search.task import task_of
 
@@ -75,7 +77,7 @@ def search_fast_downward(
     task = task_of(domain, facts)
     problem = problem_of(task, facts, goals, excluded)
     if isinstance(problem, Unreachable):
-        return Unsolvable((problem.goal,), f"no action leads to {problem.goal} from here")
+        return unreachable_goal(task, facts, problem.goal, excluded)
     mutexes = mutexes_of(task, facts)
     purse = Budget(budget)
     proof = quick_proof(problem, mutexes, purse, facts, excluded)
@@ -97,8 +99,7 @@ def search_fast_downward(
             found = tuple(int(line.strip("()").split()[0][1:]) for line in lines if line.startswith("("))
             return Plan(tuple(task.ground(problem.ops[a]) for a in shortened(problem, found)), expansions)
     if done.returncode in _UNSOLVABLE:
-        all_of_them = Unsolvable(tuple(g for g, _ in problem.goals), "Fast Downward has looked at all states")
-        return smallest(problem, all_of_them, purse, facts, excluded)
+        return smallest(problem, goals, purse, facts, excluded)
     if done.returncode in _OUT_OF_RESOURCES:
         return OutOfBudget(expansions)
     raise LlmbtError(

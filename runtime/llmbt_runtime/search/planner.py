@@ -6,7 +6,8 @@ from typing import Protocol
 
 from llmbt_atl.state import Domain
 from llmbt_ir.condition import ActionCall, Condition, Facts
-from llmbt_runtime.search.core import OutOfBudget, Result, search
+from llmbt_runtime.search.core import search
+from llmbt_runtime.search.result import OutOfBudget, Result
 
 __all__ = ["PLANNERS", "Planner", "planner_named"]
 

@@ -29,11 +29,13 @@ def imagine(
     excluded: frozenset[ActionCall] = frozenset(),
     plan: tuple[GroundAction, ...] = (),
     within: str | None = None,
+    re_expand: bool = True,
 ) -> Grown | None:
     """Grow a tree by the local rule in the symbolic world, until it is certified from `facts`; None where the rule
     ends short of that.
 
     `within` is the branch of the alternative that is to be reached; with a `plan` only its actions are used.
+    `re_expand` as in `repair`.
     """
     task = task_of(domain, facts)
     if plan:
@@ -64,7 +66,7 @@ def imagine(
             costs = tables[state] = h_add(domain, state, excluded=excluded, task=task)
         mended = None if plan else helpful_goal(tree, outcome, costs, within or tree.root, moved)
         if mended is None:
-            mended = repair(tree, outcome, domain, costs, moved=moved, within=within)
+            mended = repair(tree, outcome, domain, costs, moved=moved, within=within, re_expand=re_expand)
             if mended is None:
                 return None
             if mended.step.kind == "move":

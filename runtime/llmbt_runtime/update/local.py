@@ -41,18 +41,20 @@ def repair(
     *,
     moved: frozenset[Move] = frozenset(),
     within: str | None = None,
+    re_expand: bool = True,
 ) -> Repair | None:
     """The edit for a tree that failed, or None where the local rule knows none.
 
     `h` gives the cost of each literal from the state in which the tree failed, and the actions that may be used.
-    `within` confines the edit to a branch: that of the alternative that is to be reached.
+    `within` confines the edit to a branch: that of the alternative that is to be reached. Without `re_expand` a
+    condition gets one achiever and no further one: for comparison only.
     """
     inside = {n.id for n in tree.preorder(within)}
     leaves = tuple(i for i in stuck.record.failed_leaves() if i in inside and tree[i].condition is not None)
     failed = next((i for i in leaves if _unexpanded(tree, i)), None)
     if failed is None:
-        return _further(tree, domain, h, leaves)
-    cheaper = _cheaper_ancestor(tree, failed, domain, h)
+        return _further(tree, domain, h, leaves) if re_expand else None
+    cheaper = _cheaper_ancestor(tree, failed, domain, h) if re_expand else None
     if cheaper is not None:
         return Repair(*cheaper, moved)
     condition = tree[failed].condition
@@ -87,7 +89,7 @@ def repair(
                 reason=f"{found[0]} would undo {f}, so {head} comes before it",
             )
             return Repair(tree.move_before(j, i), step, moved | {(j, i)})
-    further = _further(tree, domain, h, ancestor_conditions(tree, failed))
+    further = _further(tree, domain, h, ancestor_conditions(tree, failed)) if re_expand else None
     return further and Repair(further.tree, further.step, moved)
 
 

@@ -30,13 +30,15 @@ def update(
     excluded: frozenset[ActionCall] = frozenset(),
     budget: int = 200_000,
     planner: Planner | None = None,
+    re_expand: bool = True,
 ) -> Kept | Grown | Unsolvable | OutOfBudget:
     """The tree to run from an observed state.
 
     Kept where the tree as it is reaches the goals; otherwise, for the alternatives of the goals from the cheapest on,
     the first of these that is certified: the tree grown by the local rule; grown so with the actions of a plan alone;
     the plan as a tree along its causal links; the plan as a chain. Unsolvable is a proof from this state by these
-    templates without the excluded actions, for every alternative; OutOfBudget counts state expansions.
+    templates without the excluded actions, for every alternative; OutOfBudget counts state expansions. `re_expand` as
+    in `update.local.repair`.
     """
     domain = domain.for_state(facts)
     kept = rollout(tree, domain, facts, goals, excluded=excluded)
@@ -46,7 +48,8 @@ def update(
     costs = h_add(domain, facts, excluded=excluded)
     order = sorted(range(len(goals)), key=lambda k: (costs.total(goals[k]), k))
     for k in order:
-        grown = imagine(tree, domain, facts, goals, excluded=excluded, within=_branch(tree, goals, k))
+        within = _branch(tree, goals, k)
+        grown = imagine(tree, domain, facts, goals, excluded=excluded, within=within, re_expand=re_expand)
         if grown is not None:
             return Grown(grown.tree, grown.certificate, prelude + grown.steps)
     spent, dead, starved = 0, list[Unsolvable](), False
@@ -54,7 +57,7 @@ def update(
         found = (planner or search)(domain, facts, goals[k], budget=max(0, budget - spent), excluded=excluded)
         spent += found.expansions
         if isinstance(found, Plan):
-            made = _planned(tree, domain, facts, goals, k, found.actions, excluded)
+            made = _planned(tree, domain, facts, goals, k, found.actions, excluded, re_expand)
             return replace(made, steps=prelude + made.steps, planner_calls=calls, expansions=spent)
         if isinstance(found, Unsolvable):
             dead.append(found)
@@ -75,6 +78,7 @@ def _planned(
     k: int,
     plan: tuple[GroundAction, ...],
     excluded: frozenset[ActionCall],
+    re_expand: bool,
 ) -> Grown:
     """The installed tree mended with the actions of a plan, or else a tree made of the plan, whichever certifies.
 
@@ -83,7 +87,7 @@ def _planned(
     anew = _anew(domain, facts, goals, k, plan, excluded)
     if tree.has_actions():
         within = _branch(tree, goals, k)
-        mended = imagine(tree, domain, facts, goals, excluded=excluded, plan=plan, within=within)
+        mended = imagine(tree, domain, facts, goals, excluded=excluded, plan=plan, within=within, re_expand=re_expand)
         if (
             mended is not None
             and len(mended.certificate.actions) <= len(plan)

@@ -33,10 +33,12 @@ _KEYS = tuple(
         (_UNKNOWN, r"(?:by|according\s+to)\s+(?:their\s+)?(?:colou?r|shape|weight|mass|kind|type|price|age|width)s?"),
     )
 )
-_STARTING = r"(?:starting|beginning)\s+(?:on|at|from|with)\s+the\s+(?:far\s+)?"
 _DIRECTIONS = tuple(
-    (name, _words(rf"{name}\s+to\s+(?:the\s+)?{other}|{_STARTING}{name}(?:\s+(?:end|side))?"))
+    (name, _words(rf"{name}\s+to\s+(?:the\s+)?{other}"))
     for name, other in (("left", "right"), ("right", "left"), ("front", "back"), ("back", "front"))
+)
+_BEGINNING = _words(
+    r"(?:starting|beginning|start|begin)\s+(?:on|from|at|with)\s+the\s+(?:very\s+|far\s+)?(?P<end>left|right|front|back)"
 )
 _ENDING = _words(
     rf"(?P<what>{_SMALL}|{_LARGE}|short\w*|tall\w*)\s+(?:one\s+|block\s+|object\s+)?(?:is\s+|goes\s+|being\s+)?"
@@ -93,6 +95,10 @@ def arrangement(text: str, start: int = 0, end: int | None = None) -> Arrangemen
             lead = _LEAD.search(text, start, hit.start())
             found.append((lead.start() if lead is not None else hit.start(), hit.end()))
             break
+    beginning = _BEGINNING.search(text, start, stop)
+    if beginning is not None and found:
+        direction = beginning["end"].lower()
+        found.append(beginning.span())
     ending = _ENDING.search(text, start, stop)
     if ending is not None:
         found.append(ending.span())
