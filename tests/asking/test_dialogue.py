@@ -229,6 +229,14 @@ def test_a_reply_that_passes_over_what_the_scene_lacks_is_asked_about(request_, 
     assert all(c.startswith(nearest) for c in candidates)
 
 
+def test_a_relation_that_the_request_asks_for_is_not_left_open_silently():
+    """The bar has no positions of its own: that it is beside the milk is no goal, and the user is asked."""
+    request, reply = "Put the apple next to the milk on the bar.", "1. Place the apple on the bar, next to the milk."
+    assert asked(request, [reply], scene="household") == ("E309", ("bar",))
+    assert talk(request, [reply], ["the bar is fine"], scene="household")[0] == ["On(apple, bar)"]
+    assert talk("Put the apple on the bar.", [reply], scene="household")[0] == ["On(apple, bar)"]
+
+
 # -- contradictions ------------------------------------------------------------------------------------------------
 
 CONTRADICTIONS = [

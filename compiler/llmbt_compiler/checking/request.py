@@ -7,16 +7,17 @@ which the goals take one; a name with a number that the map does not have; a col
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from llmbt_atl.library import Library
-from llmbt_compiler.parsing import Extent, Goal
+from llmbt_compiler.parsing import Extent, Goal, ParseResult
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
-from llmbt_ir.diagnostics import Diagnostic, Span
+from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
@@ -43,13 +44,25 @@ class OpenPoint:
 
 
 def open_points(
-    request: str, goals: Sequence[Goal], semantic_map: SemanticMap, library: Library
+    request: str, parsed: ParseResult, semantic_map: SemanticMap, library: Library
 ) -> tuple[OpenPoint, ...]:
     """E141 for each phrase of the request that fits several objects and of which the goals take just one; E142 for each
-    name in it that the scene lacks. In the order of the request."""
+    name in it that the scene lacks; E309 where it asks for a relation that the goals leave open. In the order of the
+    request."""
     scene = Scene(semantic_map, library)
     line = " ".join(request.split())[:2000]
-    return tuple(_points(tokens(line), line, goals, scene))
+    words = tokens(line)
+    return (*_points(words, line, parsed.goals, scene), *_relations(words, line, parsed))
+
+
+def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Iterator[OpenPoint]:
+    left_open = next((d for d in parsed.diagnostics if d.code == "W309"), None)
+    asked = relations(words)
+    if left_open is not None and asked:
+        span = _span(words[asked[0].start : asked[0].end], request)
+        place = left_open.candidates[0]
+        told = replace(left_open, code="E309", severity=Severity.ERROR, span=span, help=f"is {left_open.label} right?")
+        yield OpenPoint(told, place)
 
 
 def _points(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
