@@ -1,4 +1,4 @@
-"""The open part of the requests stays decided as it is; `python -m tests.requests` alone counts the blind part."""
+"""The open part stays decided as it is; the blind part is counted by `python -m tests.requests` alone."""
 
 from __future__ import annotations
 
