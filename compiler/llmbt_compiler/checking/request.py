@@ -29,6 +29,11 @@ _TELLING = frozenset({
     "leftmost", "rightmost", "largest", "smallest", "biggest", "tallest", "top", "bottom", "first", "second", "third",
     "last", "other", "same", "remaining", "rest", "that", "which", "whose", "with",
 })  # fmt: skip
+_LEAVING = frozenset({
+    "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
+    "currently", "now", "was", "from", "empty", "clear", "free", "is", "are", "stands", "temporarily", "via", "through",
+})  # fmt: skip
+_TURNING = ("negation", "except", "instead", "conditional")
 _MASS = frozenset({"cargo", "good"})
 _AT = frozenset({"on", "in", "at", "from", "of"})
 _ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then"})
@@ -47,12 +52,37 @@ def open_points(
     request: str, parsed: ParseResult, semantic_map: SemanticMap, library: Library
 ) -> tuple[OpenPoint, ...]:
     """E141 for each phrase of the request that fits several objects and of which the goals take just one; E142 for each
-    name in it that the scene lacks; E309 where it asks for a relation that the goals leave open. In the order of the
-    request."""
+    name in it that the scene lacks; E143 for what it names by its number, and no goal is about; E309 where it asks for
+    a relation that the goals leave open. In the order of the request."""
     scene = Scene(semantic_map, library)
     line = " ".join(request.split())[:2000]
     words = tokens(line)
-    return (*_points(words, line, parsed.goals, scene), *_relations(words, line, parsed))
+    return (
+        *_points(words, line, parsed.goals, scene),
+        *_passed_over(words, line, parsed.goals, scene),
+        *_relations(words, line, parsed),
+    )
+
+
+def _passed_over(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+    """Objects, and free positions, that the request names by number and the goals leave out; not where it may name them
+    for another reason: as landmarks, in a condition, to be left alone."""
+    if relations(words) or any(t.text in _LEAVING or lexicon().is_(t.text, *_TURNING) for t in words):
+        return
+    about = {a for g in goals for a in g.condition.args}
+    taken = {o.place for o in scene.map.objects}
+    for i in range(len(words) - 1):
+        found = _named(words, i, scene) if _numbered(words, i, scene) else None
+        if isinstance(found, Found) and len(found.ids) == 1:
+            (id_,) = found.ids
+            plain = scene[id_].movable or (scene.single(id_) and id_ not in taken)
+            if plain and id_ not in about:
+                said = request[words[i].start : words[i + 1].end]
+                title = f"the request names `{said}`, and the reply passes over it"
+                yield OpenPoint(
+                    Diagnostic("E143", title, _span(words[i : i + 2], request), "no goal is about it",
+                               "say it again in other words, or leave it out", candidates=(id_,))
+                )  # fmt: skip
 
 
 def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Iterator[OpenPoint]:

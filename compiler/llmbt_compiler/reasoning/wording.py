@@ -175,6 +175,7 @@ _POINTED = re.compile(
     r"(?:[a-z]{1,20}[ _]){0,3}#?[a-z]{0,3}\d+\b",
     re.IGNORECASE,
 )
+_ARROW = re.compile(r"[^,;:.→]{2,40}\s*(?:→|->|=>)\s*[^,;:.→]{2,60}$")
 _IT_GOES = re.compile(r"it\s+(?:(?:should|must|will) )?(?:then |now )?(?:go|goes|belongs?)\s", re.IGNORECASE)
 _RECEIVES = re.compile(r"[^,;:]{1,60}\b(?:gets|receives)\s+[^,;]{2,}", re.IGNORECASE)
 _LABEL = re.compile(
@@ -354,6 +355,8 @@ def assigns(text: str) -> bool:
     if _PAST.search(line) or _around(line, at) is not None:
         return False
     if _RECEIVES.match(line, at) and len(_nouns(line)) > 1:
+        return True
+    if _ARROW.match(line.rstrip(" .!"), at) is not None and references(line):
         return True
     return _ASSIGNED.match(line, at) is not None or (_POINTED.match(line, at) is not None and len(_nouns(line)) > 1)
 
