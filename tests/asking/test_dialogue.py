@@ -196,6 +196,7 @@ def test_a_reply_that_guesses_is_asked_about():
         ("Put the leftmost green block on position 21.", "1. Place object 4 on position 21."),
         ("Take object 4. Put the green block on position 21.", "1. Place object 4 on position 21."),
         ("Put the green block that is nearest to you on position 21.", "1. Place object 4 on position 21."),
+        ("Take the red block. Put the block on position 21.", "1. Place object 6 on position 21."),
         ("Sort the cargo by colour.", "1. Place object 6 on position 32."),
         ("If a blue box comes, ignore it: put object 6 on position 32.", "1. Place object 6 on position 32."),
     ],

@@ -100,6 +100,7 @@ def _points(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: 
     numbered = {i for i in range(len(words) - 1) if _numbered(words, i, scene)}
     named = {e for i in numbered if isinstance(f := _named(words, i, scene), Found) for e in f.ids}
     moved = {a for g in goals for a in g.condition.args}
+    spoken_of = set(named)
     for i, t in enumerate(words):
         if i in numbered:
             found = _named(words, i, scene)
@@ -109,7 +110,8 @@ def _points(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: 
         if size:
             fits = _fitting(words, i, size, scene, where)
             taken = moved & set(fits)
-            if len(fits) > 1 and len(taken) == 1 and not named & set(fits):
+            spoken_of |= set(fits) if len(fits) == 1 else set()
+            if len(fits) > 1 and len(taken) == 1 and not spoken_of & set(fits):
                 yield OpenPoint(_several(words[i : i + size], request, fits, *taken), *taken)
         if t.text in _HUES and t.text not in scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())
