@@ -31,8 +31,10 @@ _TELLING = frozenset({
 })  # fmt: skip
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
-    "currently", "now", "was", "from", "empty", "clear", "free", "is", "are", "stands", "temporarily", "via", "through",
+    "currently", "now", "was", "from", "empty",
+    "still", "than", "rather", "like", "clear", "free", "is", "are", "stands", "temporarily", "via", "through",
 })  # fmt: skip
+_LONGEST_LANDMARK = 6
 _TURNING = ("negation", "except", "instead", "conditional")
 _MASS = frozenset({"cargo", "good"})
 _AT = frozenset({"on", "in", "at", "from", "of"})
@@ -65,24 +67,47 @@ def open_points(
 
 
 def _passed_over(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
-    """Objects, and free positions, that the request names by number and the goals leave out; not where it may name them
-    for another reason: as landmarks, in a condition, to be left alone."""
-    if relations(words) or any(t.text in _LEAVING or lexicon().is_(t.text, *_TURNING) for t in words):
+    """Objects by their numbers or names, numbered places where nothing stands yet, and colours, that the request names
+    and the goals leave out; not where it may name them for another reason: as landmarks, in a condition, to be left
+    alone."""
+    if any(t.text in _LEAVING or lexicon().is_(t.text, *_TURNING) for t in words):
         return
+    landmarks = {id(t) for r in relations(words) for t in words[r.end : r.end + _LONGEST_LANDMARK]}
     about = {a for g in goals for a in g.condition.args}
-    taken = {o.place for o in scene.map.objects}
-    for i in range(len(words) - 1):
-        found = _named(words, i, scene) if _numbered(words, i, scene) else None
+    for start, end, ids in _mentions(words, scene):
+        if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
+            said = request[words[start].start : words[end - 1].end]
+            title = f"the request names `{said}`, and the reply passes over it"
+            yield OpenPoint(
+                Diagnostic("E143", title, _span(words[start:end], request), "no goal is about it",
+                           "say it again in other words, or leave it out", candidates=ids[:6])
+            )  # fmt: skip
+
+
+def _mentions(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, int, tuple[str, ...]]]:
+    """Where a text names things, and which they may be."""
+    occupied = {o.place for o in scene.map.objects}
+    for i in range(len(words)):
+        found = _named(words, i, scene) if i + 1 < len(words) and _numbered(words, i, scene) else None
         if isinstance(found, Found) and len(found.ids) == 1:
             (id_,) = found.ids
-            plain = scene[id_].movable or (scene.single(id_) and id_ not in taken)
-            if plain and id_ not in about:
-                said = request[words[i].start : words[i + 1].end]
-                title = f"the request names `{said}`, and the reply passes over it"
-                yield OpenPoint(
-                    Diagnostic("E143", title, _span(words[i : i + 2], request), "no goal is about it",
-                               "say it again in other words, or leave it out", candidates=(id_,))
-                )  # fmt: skip
+            inner = {id_, *(p.id for p in scene.map.inside(id_))} if not scene[id_].movable else set()
+            if not inner & occupied:
+                yield i, i + 2, (id_,)
+        if words[i].text in scene.colours:
+            yield i, i + 1, tuple(e.id for e in scene.objects if words[i].text in e.colour)
+        for e in scene.objects:
+            size = len(e.id.split("_"))
+            text = " ".join(t.text for t in words[i : i + size])
+            if e.number is None and text == e.id.replace("_", " "):
+                yield i, i + size, (e.id,)
+
+
+def _concerns(id_: str, about: set[str], scene: Scene) -> bool:
+    """Whether the goals are about a thing, or about a place in it."""
+    if id_ in about:
+        return True
+    return not scene[id_].movable and any(a in {p.id for p in scene.map.inside(id_)} for a in about)
 
 
 def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Iterator[OpenPoint]:

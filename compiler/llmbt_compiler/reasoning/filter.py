@@ -51,8 +51,8 @@ _ON_NUMBER = re.compile(
 _WHERE_TO = re.compile(r"\b(?:on|onto|into|in|to|at|upon)\s", re.IGNORECASE)
 _ONE_THING = re.compile(r"(?:it|they|\w+[ _]#?\d+)\b", re.IGNORECASE)
 _TRAILING = re.compile(r"(?:\s*[,;]?\s*\band|[,;\s]+)$", re.IGNORECASE)
-_BREAKS_OFF = re.compile(r"[A-Za-z0-9,;]\x20+\Z")
-"""A model ends its words with a mark or a line break; a space after a word waits for the next one."""
+_BREAKS_OFF = re.compile(r"[^\s.!?:]\x20+\Z")
+"""A model ends its words with a mark or a line break; a space waits for the next one."""
 _ENDED = re.compile(r"[.!?:;][\"'”)\]]*$")
 
 
@@ -292,7 +292,8 @@ def _of_item(item: Item, number: int | None) -> list[_Found]:
     below = [f for f in below if f.sort.sense in (Sense.ACTION, Sense.UNKNOWN)]
     acts_below = [f for f in below if f.sort.sense is Sense.ACTION]
     if not below:
-        return own
+        heading = item.view.text.rstrip().endswith(":") and not references(item.view.text)
+        return [] if heading else own
     if not own or (acts_below and not any(f.sort.sense is Sense.ACTION for f in own)):
         return acts_below or below
     if not acts_below:
