@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_compiler.parsing import Extent, Goal, ParseResult
@@ -16,6 +17,7 @@ from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
+from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 from llmbt_ir.scene import COLOURS
@@ -32,9 +34,8 @@ _TELLING = frozenset({
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
     "currently", "now", "was", "from", "empty",
-    "still", "than", "rather", "like", "clear", "free", "is", "are", "stands", "temporarily", "via", "through",
+    "still", "than", "rather", "like", "clear", "free", "stands", "temporarily", "via", "through",
 })  # fmt: skip
-_LONGEST_LANDMARK = 6
 _TURNING = ("negation", "except", "instead", "conditional")
 _MASS = frozenset({"cargo", "good"})
 _AT = frozenset({"on", "in", "at", "from", "of"})
@@ -70,9 +71,9 @@ def _passed_over(words: Sequence[Token], request: str, goals: Sequence[Goal], sc
     """Objects by their numbers or names, numbered places where nothing stands yet, and colours, that the request names
     and the goals leave out; not where it may name them for another reason: as landmarks, in a condition, to be left
     alone."""
-    if any(t.text in _LEAVING or lexicon().is_(t.text, *_TURNING) for t in words):
+    if any(t.text in _LEAVING or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
         return
-    landmarks = {id(t) for r in relations(words) for t in words[r.end : r.end + _LONGEST_LANDMARK]}
+    landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
     about = {a for g in goals for a in g.condition.args}
     for start, end, ids in _mentions(words, scene):
         if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
@@ -82,6 +83,11 @@ def _passed_over(words: Sequence[Token], request: str, goals: Sequence[Goal], sc
                 Diagnostic("E143", title, _span(words[start:end], request), "no goal is about it",
                            "say it again in other words, or leave it out", candidates=ids[:6])
             )  # fmt: skip
+
+
+def _states(words: Sequence[Token]) -> bool:
+    """Whether something is told ("object 3 is in the way"), and not only told apart ("that is nearer")."""
+    return any(b.text in {"is", "are"} and a.text not in {"that", "which", "who"} for a, b in pairwise(words))
 
 
 def _mentions(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, int, tuple[str, ...]]]:
