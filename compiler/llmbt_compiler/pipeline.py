@@ -210,7 +210,8 @@ class _Run:
         """What the reply decided without asking: only of a reply, and only until the user has said something."""
         if self.context.stated is not None or self.settled or "reason" not in self.values:
             return None
-        found = open_points(self.context.request, parsed.goals, self.context.semantic_map, self.context.library)
+        context = self.context
+        found = open_points(context.request, parsed, context.semantic_map, context.library)
         return from_request(found[0]) if found else None
 
     def answer(self, asked: Asked) -> str | None:

@@ -196,6 +196,7 @@ def test_a_reply_that_guesses_is_asked_about():
         ("Put the leftmost green block on position 21.", "1. Place object 4 on position 21."),
         ("Take object 4. Put the green block on position 21.", "1. Place object 4 on position 21."),
         ("Put the green block that is nearest to you on position 21.", "1. Place object 4 on position 21."),
+        ("Take the red block. Put the block on position 21.", "1. Place object 6 on position 21."),
         ("Sort the cargo by colour.", "1. Place object 6 on position 32."),
         ("If a blue box comes, ignore it: put object 6 on position 32.", "1. Place object 6 on position 32."),
     ],
@@ -227,6 +228,14 @@ def test_a_reply_that_passes_over_what_the_scene_lacks_is_asked_about(request_, 
     assert code == "E142"
     assert candidates
     assert all(c.startswith(nearest) for c in candidates)
+
+
+def test_a_relation_that_the_request_asks_for_is_not_left_open_silently():
+    """The bar has no positions of its own: that it is beside the milk is no goal, and the user is asked."""
+    request, reply = "Put the apple next to the milk on the bar.", "1. Place the apple on the bar, next to the milk."
+    assert asked(request, [reply], scene="household") == ("E309", ("bar",))
+    assert talk(request, [reply], ["the bar is fine"], scene="household")[0] == ["On(apple, bar)"]
+    assert talk("Put the apple on the bar.", [reply], scene="household")[0] == ["On(apple, bar)"]
 
 
 # -- contradictions ------------------------------------------------------------------------------------------------

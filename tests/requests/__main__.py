@@ -19,8 +19,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.requests", description=__doc__)
     parser.add_argument("--part", choices=PARTS, default=None, help="this part alone")
     parser.add_argument("--id", dest="ids", action="append", default=[], help="this request alone; may be repeated")
+    parser.add_argument("--experiments", action="store_true", help="the requests of experiments/ instead (2 minutes)")
     parser.add_argument("--verbose", action="store_true", help="say what is decided about each")
     options = parser.parse_args()
+    if options.experiments:
+        return by_others(verbose=options.verbose)
     judged: dict[str, list[Judged]] = {}
     with tempfile.TemporaryDirectory() as scratch:
         for part in [options.part] if options.part else PARTS:
@@ -33,6 +36,28 @@ def main() -> int:
                     tell(found)
     print(table(judged))
     return int(any(not j.right for rows in judged.values() for j in rows))
+
+
+def by_others(*, verbose: bool) -> int:
+    """The table of the requests that were written for the experiments."""
+    from tests.requests.experiments import Row, decided
+
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as scratch:
+        for row in decided(Path(scratch)):
+            rows.append(row)
+            if verbose or not row.right:
+                kind = "clear" if row.clear else "unclear or wrong"
+                print(f"{row.case} {row.id} ({kind}): {row.text}\n    {row.outcome}", file=sys.stderr)
+    print(
+        "Replies authored by hand; no model was asked.\n\n| experiment | requests | number | right |\n|---|---|---|---|"
+    )
+    for name in dict.fromkeys(r.experiment for r in rows):
+        for clear, told in ((True, "clear: compiled to what is wanted"), (False, "unclear or wrong: not compiled")):
+            found = [r for r in rows if (r.experiment, r.clear) == (name, clear)]
+            n = sum(r.right for r in found)
+            print(f"| {name} | {told} | {len(found)} | {n} ({100 * n / max(1, len(found)):.0f} %) |")
+    return 0
 
 
 def tell(judged: Judged) -> None:

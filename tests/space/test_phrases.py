@@ -191,6 +191,34 @@ def test_a_map_without_coordinates_is_told():
     assert found.diagnostics[0].code == "E309"
 
 
+HOME = (to_semantic_map(load_scene("household")), load_library("household"))
+
+
+@pytest.mark.parametrize(
+    "step",
+    [
+        "A[Place] T[the coke] on the D[shelf], next to D[the milk].",
+        "A[Place] T[the coke] next to D[the milk] on the D[shelf].",
+        "A[Put] T[the coke] on the D[bar], to the left of D[the milk].",
+    ],
+)
+def test_a_relation_beside_a_place_without_positions_is_left_open_with_a_warning(step):
+    found = parse(steps(step), *HOME)
+    assert found.ok, found.diagnostics
+    assert [c.args[0] for c in found.conditions] == ["coke"]
+    assert [d.code for d in found.diagnostics] == ["W309"]
+
+
+def test_a_relation_alone_is_not_left_open():
+    found = parse(steps("A[Put] T[the coke] to the left of D[the milk]."), *HOME)
+    assert [(d.code, d.candidates) for d in found.diagnostics] == [("E309", ("bar",))]
+
+
+def test_a_reason_is_not_asked_for():
+    found = read("cargo_swap", "A[Remove] T[object 1], as it stands to the left of D[object 2].")
+    assert [str(c) for c in found.conditions] == ["On(object_1, sorting_area)"]
+
+
 def test_notes_say_what_was_understood():
     found = read("cargo_swap", "A[Put] the T[block] left of L[object 2] next to D[object 1].")
     assert [n.text for n in found.notes] == [

@@ -49,8 +49,8 @@ def _diagnostic(a: Goal, b: Goal, what: str, where: Callable[[Goal], Span]) -> D
 def _twice(moves: Sequence[Move], semantic_map: SemanticMap) -> Iterator[tuple[Move, Move]]:
     """Moves of one object to two places, where nothing that is done between them needs it out of its way.
 
-    A buffer is a stop on the way, a place that the words left open is no claim, and that another object goes meanwhile
-    to where it stood is a reason.
+    A buffer is a stop on the way, so is where it is carried right before; a place that the words left open is no claim,
+    and that another object goes meanwhile to where it stood is a reason.
     """
     where = {o.id: o.place for o in semantic_map.objects}
     last: dict[str, tuple[int, str | None]] = {}
@@ -60,10 +60,17 @@ def _twice(moves: Sequence[Move], semantic_map: SemanticMap) -> Iterator[tuple[M
         if before is not None:
             earlier, origin = moves[before[0]], before[1]
             gone_to = {m.place for m in moves[before[0] + 1 : k] if m.target != move.target}
-            stop = earlier.chosen or origin in gone_to or _is_stop(earlier.place, semantic_map)
+            carried = before[0] == k - 1 and _is_carried(earlier)
+            stop = carried or earlier.chosen or origin in gone_to or _is_stop(earlier.place, semantic_map)
             if not stop and not _one_place(earlier.place, move.place, semantic_map):
                 yield earlier, move
         where[move.target] = move.place
+
+
+def _is_carried(move: Move) -> bool:
+    """ "Carry it to the desk", and then "hand it to the user": the first only tells the way."""
+    words = move.goal.words.lower().split()
+    return bool(words) and words[0] in {"carry", "take", "transport", "convey", "haul"}
 
 
 def _is_stop(place: str, semantic_map: SemanticMap) -> bool:

@@ -7,16 +7,19 @@ which the goals take one; a name with a number that the map does not have; a col
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.parsing import Extent, Goal
+from llmbt_compiler.parsing import Extent, Goal, ParseResult
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import relations
+from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
-from llmbt_ir.diagnostics import Diagnostic, Span
+from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
@@ -28,6 +31,12 @@ _TELLING = frozenset({
     "leftmost", "rightmost", "largest", "smallest", "biggest", "tallest", "top", "bottom", "first", "second", "third",
     "last", "other", "same", "remaining", "rest", "that", "which", "whose", "with",
 })  # fmt: skip
+_LEAVING = frozenset({
+    "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
+    "currently", "now", "was", "from", "empty",
+    "still", "than", "rather", "like", "clear", "free", "stands", "temporarily", "via", "through",
+})  # fmt: skip
+_TURNING = ("negation", "except", "instead", "conditional")
 _MASS = frozenset({"cargo", "good"})
 _AT = frozenset({"on", "in", "at", "from", "of"})
 _ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then"})
@@ -43,13 +52,78 @@ class OpenPoint:
 
 
 def open_points(
-    request: str, goals: Sequence[Goal], semantic_map: SemanticMap, library: Library
+    request: str, parsed: ParseResult, semantic_map: SemanticMap, library: Library
 ) -> tuple[OpenPoint, ...]:
     """E141 for each phrase of the request that fits several objects and of which the goals take just one; E142 for each
-    name in it that the scene lacks. In the order of the request."""
+    name in it that the scene lacks; E143 for what it names by its number, and no goal is about; E309 where it asks for
+    a relation that the goals leave open. In the order of the request."""
     scene = Scene(semantic_map, library)
     line = " ".join(request.split())[:2000]
-    return tuple(_points(tokens(line), line, goals, scene))
+    words = tokens(line)
+    return (
+        *_points(words, line, parsed.goals, scene),
+        *_passed_over(words, line, parsed.goals, scene),
+        *_relations(words, line, parsed),
+    )
+
+
+def _passed_over(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+    """Objects by their numbers or names, numbered places where nothing stands yet, and colours, that the request names
+    and the goals leave out; not where it may name them for another reason: as landmarks, in a condition, to be left
+    alone."""
+    if any(t.text in _LEAVING or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
+        return
+    landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
+    about = {a for g in goals for a in g.condition.args}
+    for start, end, ids in _mentions(words, scene):
+        if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
+            said = request[words[start].start : words[end - 1].end]
+            title = f"the request names `{said}`, and the reply passes over it"
+            yield OpenPoint(
+                Diagnostic("E143", title, _span(words[start:end], request), "no goal is about it",
+                           "say it again in other words, or leave it out", candidates=ids[:6])
+            )  # fmt: skip
+
+
+def _states(words: Sequence[Token]) -> bool:
+    """Whether something is told ("object 3 is in the way"), and not only told apart ("that is nearer")."""
+    return any(b.text in {"is", "are"} and a.text not in {"that", "which", "who"} for a, b in pairwise(words))
+
+
+def _mentions(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, int, tuple[str, ...]]]:
+    """Where a text names things, and which they may be."""
+    occupied = {o.place for o in scene.map.objects}
+    for i in range(len(words)):
+        found = _named(words, i, scene) if i + 1 < len(words) and _numbered(words, i, scene) else None
+        if isinstance(found, Found) and len(found.ids) == 1:
+            (id_,) = found.ids
+            inner = {id_, *(p.id for p in scene.map.inside(id_))} if not scene[id_].movable else set()
+            if not inner & occupied:
+                yield i, i + 2, (id_,)
+        if words[i].text in scene.colours:
+            yield i, i + 1, tuple(e.id for e in scene.objects if words[i].text in e.colour)
+        for e in scene.objects:
+            size = len(e.id.split("_"))
+            text = " ".join(t.text for t in words[i : i + size])
+            if e.number is None and text == e.id.replace("_", " "):
+                yield i, i + size, (e.id,)
+
+
+def _concerns(id_: str, about: set[str], scene: Scene) -> bool:
+    """Whether the goals are about a thing, or about a place in it."""
+    if id_ in about:
+        return True
+    return not scene[id_].movable and any(a in {p.id for p in scene.map.inside(id_)} for a in about)
+
+
+def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Iterator[OpenPoint]:
+    left_open = next((d for d in parsed.diagnostics if d.code == "W309"), None)
+    asked = relations(words)
+    if left_open is not None and asked:
+        span = _span(words[asked[0].start : asked[0].end], request)
+        place = left_open.candidates[0]
+        told = replace(left_open, code="E309", severity=Severity.ERROR, span=span, help=f"is {left_open.label} right?")
+        yield OpenPoint(told, place)
 
 
 def _points(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
@@ -57,6 +131,7 @@ def _points(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: 
     numbered = {i for i in range(len(words) - 1) if _numbered(words, i, scene)}
     named = {e for i in numbered if isinstance(f := _named(words, i, scene), Found) for e in f.ids}
     moved = {a for g in goals for a in g.condition.args}
+    spoken_of = set(named)
     for i, t in enumerate(words):
         if i in numbered:
             found = _named(words, i, scene)
@@ -66,7 +141,8 @@ def _points(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: 
         if size:
             fits = _fitting(words, i, size, scene, where)
             taken = moved & set(fits)
-            if len(fits) > 1 and len(taken) == 1 and not named & set(fits):
+            spoken_of |= set(fits) if len(fits) == 1 else set()
+            if len(fits) > 1 and len(taken) == 1 and not spoken_of & set(fits):
                 yield OpenPoint(_several(words[i : i + size], request, fits, *taken), *taken)
         if t.text in _HUES and t.text not in scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())

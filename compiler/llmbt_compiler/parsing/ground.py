@@ -169,8 +169,9 @@ class Grounding:
         elif aside and isinstance(found, Fault) and found.code == "E304":
             common = tuple(i for i in found.candidates if i in aside)
             found = Found(common) if len(common) == 1 or common == aside else found
-        if isinstance(found, Fault) and phrase.apposed and before and set(before[-1].ids) <= set(found.candidates):
-            found = before[-1]
+        several = isinstance(found, Fault) and found.code == "E304"
+        if isinstance(found, Fault) and several and phrase.apposed and before:
+            found = before[-1] if set(before[-1].ids) <= set(found.candidates) else found
         if isinstance(found, Fault):
             raise self.fault(found)
         self.told(found, phrase)

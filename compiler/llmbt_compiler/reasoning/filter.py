@@ -51,6 +51,8 @@ _ON_NUMBER = re.compile(
 _WHERE_TO = re.compile(r"\b(?:on|onto|into|in|to|at|upon)\s", re.IGNORECASE)
 _ONE_THING = re.compile(r"(?:it|they|\w+[ _]#?\d+)\b", re.IGNORECASE)
 _TRAILING = re.compile(r"(?:\s*[,;]?\s*\band|[,;\s]+)$", re.IGNORECASE)
+_BREAKS_OFF = re.compile(r"[^\s.!?:]\x20+\Z")
+"""A model ends its words with a mark or a line break; a space waits for the next one."""
 _ENDED = re.compile(r"[.!?:;][\"'”)\]]*$")
 
 
@@ -179,6 +181,8 @@ def _check_whole(reply: _Reply, items: list[Item], kept: list[_Found]) -> None:
     last = kept[-1].view
     if not reply.text[last.end :].strip(" \t\r\n*_`~\"')]}") and _is_cut([f.view.text for f in kept]):
         raise reply.fault("E116", "the reply stops in the middle of its last step", last.start, last.end)
+    if _BREAKS_OFF.search(reply.text):
+        raise reply.fault("E116", "the reply stops in the middle of a line", last.start, last.end)
     end = items[-1]
     stump = end.kind is Kind.NUMBER and not end.children and (end.view.start > last.end or not end.view.text)
     if _STUMP.search(reply.text) or (stump and not _ENDED.search(end.view.text)):
@@ -288,7 +292,8 @@ def _of_item(item: Item, number: int | None) -> list[_Found]:
     below = [f for f in below if f.sort.sense in (Sense.ACTION, Sense.UNKNOWN)]
     acts_below = [f for f in below if f.sort.sense is Sense.ACTION]
     if not below:
-        return own
+        heading = item.view.text.rstrip().endswith(":") and not references(item.view.text)
+        return [] if heading else own
     if not own or (acts_below and not any(f.sort.sense is Sense.ACTION for f in own)):
         return acts_below or below
     if not acts_below:
@@ -351,7 +356,7 @@ def _acts(whole: View, number: int | None) -> list[_Found]:
             if assigns(sentence.text) and _ONE_THING.match(sentence.text):
                 found.append(_Found(sentence, sort, number))
             continue
-        if sort.sense in (Sense.ACTION, Sense.UNKNOWN, Sense.PASSIVE):
+        if sort.sense in (Sense.ACTION, Sense.UNKNOWN, Sense.PASSIVE) or assigns(sentence.text):
             found.append(_Found(sentence.part(sort.cut, len(sentence.text)), sort, number))
     return found
 

@@ -50,6 +50,7 @@ _CONNECTIVE = re.compile(
     r"in (?:the same way|addition))\b\s*[,:;–—-]?\s+)",
     re.IGNORECASE,
 )
+_LABELLED = re.compile(r"\([^()]{1,40}\)\s+(?=\w)")
 _ADVERB = re.compile(r"(?:very\s+)?[a-z]{2,}ly,?\s+", re.IGNORECASE)
 _SUBJECT = re.compile(
     r"(?:you|we|i|the (?:robot(?: arm)?|arm|manipulator|gripper|system)|robot|let us|let['’]s|"
@@ -175,6 +176,7 @@ _POINTED = re.compile(
     r"(?:[a-z]{1,20}[ _]){0,3}#?[a-z]{0,3}\d+\b",
     re.IGNORECASE,
 )
+_ARROW = re.compile(r"[^,;:.→]{2,40}\s*(?:→|->|=>)\s*[^,;:.→]{2,60}$")
 _IT_GOES = re.compile(r"it\s+(?:(?:should|must|will) )?(?:then |now )?(?:go|goes|belongs?)\s", re.IGNORECASE)
 _RECEIVES = re.compile(r"[^,;:]{1,60}\b(?:gets|receives)\s+[^,;]{2,}", re.IGNORECASE)
 _LABEL = re.compile(
@@ -211,6 +213,7 @@ _DANGLING = re.compile(
     r"^\W*(?:place|put|pick|up)\W*$",
     re.IGNORECASE,
 )
+_FRAGMENT = re.compile(r"\b(?:and|then)\s+(?!(?:go|put|set|lay|get|use|let|sit)\b)[a-z]{1,3}$")
 _NAMED_BY_LETTER = re.compile(r"[A-Za-z]{2,}[ _-][A-Z]\W*$")
 _REFERENCE = re.compile(r"\b([a-z]+?)s?[ _]?#?(\d+)((?:(?:\s*,\s*|\s*,?\s+(?:and|or|to|&)\s+)\d+\b)*)", re.IGNORECASE)
 
@@ -261,6 +264,7 @@ def _past_connectives(line: str) -> tuple[int, bool]:
     at, led = 0, False
     for _ in range(4):
         found = None if _REMARK.match(line, at) else _CONNECTIVE.match(line, at) or _CLAUSE.match(line, at)
+        found = found or _LABELLED.match(line, at)
         if found is None:
             break
         at, led = found.end(), True
@@ -355,6 +359,8 @@ def assigns(text: str) -> bool:
         return False
     if _RECEIVES.match(line, at) and len(_nouns(line)) > 1:
         return True
+    if _ARROW.match(line.rstrip(" .!"), at) is not None and references(line):
+        return True
     return _ASSIGNED.match(line, at) is not None or (_POINTED.match(line, at) is not None and len(_nouns(line)) > 1)
 
 
@@ -400,6 +406,8 @@ def overrides(text: str) -> re.Match[str] | None:
 def dangles(text: str) -> bool:
     """Whether a text ends in the middle: on a word that wants another, or with something left open."""
     if text.count("(") > text.count(")"):
+        return True
+    if _FRAGMENT.search(text):
         return True
     found = _DANGLING.search(text)
     if found is None or _NAMED_BY_LETTER.search(text[-60:]):

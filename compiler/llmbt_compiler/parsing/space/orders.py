@@ -33,9 +33,8 @@ _KEYS = tuple(
         (_UNKNOWN, r"(?:by|according\s+to)\s+(?:their\s+)?(?:colou?r|shape|weight|mass|kind|type|price|age|width)s?"),
     )
 )
-_STARTING = r"(?:starting|beginning)\s+(?:on|at|from|with)\s+the\s+(?:far\s+)?"
 _DIRECTIONS = tuple(
-    (name, _words(rf"{name}\s+to\s+(?:the\s+)?{other}|{_STARTING}{name}(?:\s+(?:end|side))?"))
+    (name, _words(rf"{name}\s+to\s+(?:the\s+)?{other}"))
     for name, other in (("left", "right"), ("right", "left"), ("front", "back"), ("back", "front"))
 )
 _BEGINNING = _words(

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from llmbt_atl.template import Role
 from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.clauses import Clause, Phrase
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.names import Fault, Found
 from llmbt_compiler.parsing.objects import resolve_objects
-from llmbt_compiler.parsing.space.expressions import Ranked, Relation, rank_of, relations
-from llmbt_compiler.parsing.space.reading import ONTO, STOPS, Reading, name_end, named
+from llmbt_compiler.parsing.space.expressions import Relation, rank_of, relations
+from llmbt_compiler.parsing.space.ranking import Ranking
+from llmbt_compiler.parsing.space.reading import ONTO, STOPS, name_end, named
 from llmbt_compiler.parsing.space.world import Wanted, said
 from llmbt_compiler.parsing.verbs import Shape
 from llmbt_compiler.parsing.words import Token, lexicon
+from llmbt_ir.diagnostics import Severity
 
 __all__ = ["Placing"]
 
@@ -22,10 +25,14 @@ _GLUE = frozenset({
     "that", "which", "is", "are", "located", "standing", "sitting", "lying", "placed", "situated", "currently",
     "stands", "sits", "lies", "being", ",",
 })  # fmt: skip
-_ENDS = frozenset({"end", "side", "edge", "corner", "part", "half"})
+_REASONS = frozenset({"as", "because", "since", "where", "so"})
 
 
-class Placing(Reading):
+def _little(t: Token) -> bool:
+    return lexicon().is_(t.text, "articles", "vacant", "filler")
+
+
+class Placing(Ranking):
     """Reads a clause with relations and ranks."""
 
     def related(self) -> Clause:
@@ -54,6 +61,8 @@ class Placing(Reading):
         )
 
     def relation(self, relation: Relation, shapes: set[Shape]) -> None:
+        if self.in_a_reason(relation):
+            return
         head = self.head(relation)
         if head is not None and head.kind is not Kind.TARGET and self.walk.quiet(head):
             head = None
@@ -76,6 +85,18 @@ class Placing(Reading):
                 self.destination(relation, None, marks, after, Extent(start, extent.end), stop)
             return
         self.destination(relation, head, marks, words, extent, stop)
+
+    def in_a_reason(self, relation: Relation) -> bool:
+        """ "... as it stands in front of the milk": said about the step, not asked for; its phrases are left out."""
+        since = max(
+            (p.extent.end for p in self.clause.phrases if p.extent.end <= self.line[relation.start].start), default=0
+        )
+        between = [t for t in self.line[: relation.start] if t.start >= since]
+        reason = next((t for t in between if t.text in _REASONS), None)
+        if reason is None:
+            return False
+        self.put((), Extent(reason.start, self.line[name_end(self.line, relation) - 1].end))
+        return True
 
     def head(self, relation: Relation) -> Phrase | None:
         """The noun phrase right before a relation; None where there is none that it could belong to."""
@@ -223,18 +244,52 @@ class Placing(Reading):
             self.level(relation, head, marks, words, extent)
             return
         container, extent = self.container(stop, extent)
-        wanted = Wanted(
-            max(1, len(targets)) if head is None else 1, head is None or vacant, definite, container, targets
-        )
         exact = self.exactly(stop)
+        if exact is None and container is None and head is not None and kind is None:
+            container = self.named_place(head)
+            if container is not None and self.walk.scene.single(container):
+                exact, container = (container, extent.end), None
+        free = head is None or vacant or container is not None
+        wanted = Wanted(
+            max(1, len(targets)) if head is None else 1, free, definite and not container, container, targets
+        )
         if exact is not None:
             extent = Extent(extent.start, exact[1])
             found = self.world.agrees(relation, marks, exact[0], words)
         else:
             found = self.world.spots(relation, marks, wanted, words)
         if isinstance(found, Fault):
-            raise self.walk.fault(found)
+            found = self.left_open(found, relation, container or self.there(relation))
         self.put(tuple(named(kind or Kind.DESTINATION, i, extent, "on") for i in found.ids), extent)
+
+    def named_place(self, head: Phrase) -> str | None:
+        """The one place that a phrase names by itself, and not only by its relation."""
+        generic = all(not t.word or t.text in self.walk.scene.generic(False) or _little(t) for t in head.parts)
+        return None if generic else self.walk.quiet_place(replace(head, relation=""))
+
+    def there(self, relation: Relation) -> str | None:
+        """ "There, next to it": the place spoken of before."""
+        before = [t.text for t in self.line[max(0, relation.start - 2) : relation.start] if t.text != ","]
+        return self.world.talk.place if before[-1:] in (["there"], ["here"]) else None
+
+    def left_open(self, fault: Fault, relation: Relation, place: str | None) -> Found:
+        """A relation that no goal can say, beside a place that one can: the place is the goal, and a warning says what
+        is left open. Where no such place is named, the fault."""
+        scene = self.walk.scene
+        slots = [s for t in self.walk.placing() if (s := t.param(Role.DESTINATION)) is not None]
+        apt = place is not None and not scene.single(place) and any(scene.is_a(place, s.type) for s in slots)
+        if fault.code != "E309" or place is None or not apt:
+            raise self.walk.fault(fault)
+        self.walk.complain(
+            "W309",
+            f"`{said(self.line[relation.start : relation.end], self.walk.now.text)}` is left open: "
+            f"{place} has no positions of its own",
+            fault.extent,
+            f"anywhere on {place}",
+            candidates=(place,),
+            severity=Severity.WARNING,
+        )
+        return Found((place,))
 
     def level(
         self, relation: Relation, head: Phrase, marks: Sequence[str], words: Sequence[Token], extent: Extent
@@ -267,95 +322,3 @@ class Placing(Reading):
         if place is None or self.walk.scene.single(place[0]):
             return None, extent
         return place[0], Extent(extent.start, after[place[1]].end)
-
-    def unlabelled(self, extent: Extent) -> None:
-        """A destination after a relation that the tagger did not label: "the block nearest to the robot on level 2"."""
-        group = next(g for g in self.clause.groups if any(p.extent == extent for p in g.targets))
-        if any(p.extent.start >= extent.end for p in group.phrases) or Shape.PLACE not in {
-            self.walk.shape(t) for t in self.verb.templates
-        }:
-            return
-        after = [t for t in self.line if t.start >= extent.end]
-        if after and after[0].text in ONTO:
-            place = self.place_at(after[1:])
-            if place is not None:
-                where = Extent(after[1].start, after[place[1]].end)
-                made = named(Kind.DESTINATION, place[0], where, after[0].text)
-                groups = tuple(
-                    replace(g, destinations=(*g.destinations, made)) if g is group else g for g in self.clause.groups
-                )
-                self.clause = replace(self.clause, groups=groups)
-
-    def rank(self, phrase: Phrase) -> None:
-        """ "The leftmost red block", "the second position from the left on level 2"."""
-        if phrase.parts[0].start == phrase.parts[-1].start or phrase.relation:
-            return  # settled already: a name stands for it
-        start = next((i for i, t in enumerate(self.line) if t.start >= phrase.parts[0].start), None)
-        if start is None:
-            return
-        end = next((i for i, t in enumerate(self.line) if t.start >= phrase.extent.end), len(self.line))
-        of = rank_of(self.line, start, end)
-        if of is None or (not of.core and not of.end):
-            return
-        movable = phrase.kind is Kind.TARGET
-        exact = (self.walk.quiet if movable else self.walk.places_of)(phrase)
-        if len(exact) == 1 and (of.plain or of.stop > end):
-            return
-        extent = Extent(phrase.parts[0].start, self.line[of.stop - 1].end)
-        words = self.line[start : of.stop]
-        found = self.ranked_object(of, words, phrase) if movable else self.ranked_place(of, words)
-        if found is None:
-            return
-        if isinstance(found, Fault):
-            raise self.walk.fault(found)
-        kind = phrase.kind if movable or phrase.preposition == "from" else Kind.DESTINATION
-        self.put(tuple(named(kind, i, extent, phrase.preposition or "on") for i in found.ids), extent)
-        if movable:
-            self.unlabelled(extent)
-
-    def ranked_object(self, of: Ranked, words: Sequence[Token], phrase: Phrase) -> Found | Fault | None:
-        core, at = of.core, None
-        group = next(g for g in self.clause.groups if phrase in g.phrases)
-        for location in group.locations:
-            at = self.walk.quiet_place(location) if not location.relation and at is None else at
-        cut = next((i for i, t in enumerate(core) if i and t.text in {"on", "in", "at", "of"}), None)
-        if cut is not None:
-            place = self.place_at(core[cut + 1 :])
-            core, at = (core[:cut], place[0]) if place is not None else (core, None)
-        pool = self.world.every(core, True)
-        if isinstance(pool, Fault):
-            return pool
-        where = self.walk.ledger.where
-        ids = [i for i in pool[0] if at is None or self.walk.scene.within(where.get(i), at)]
-        if of.plain and len(ids) < 2:
-            return None
-        return self.world.ranked(of, True, ids, words, False)
-
-    def ranked_place(self, of: Ranked, words: Sequence[Token]) -> Found | Fault | None:
-        lex = lexicon()
-        core = [t for t in of.core if not lex.is_(t.text, "articles")]
-        vacant = any(lex.is_(t.text, "vacant") for t in core)
-        cut = next((i for i, t in enumerate(core) if t.text in {"on", "in", "at", "of"}), len(core))
-        nouns = {t.text for t in core[:cut] if not lex.is_(t.text, "vacant")}
-        if not nouns <= self.walk.scene.generic(False) | _ENDS | self._slot_words():
-            return None
-        container = self.place_at(core[cut + 1 :]) if cut < len(core) else None
-        if container is None and cut == len(core):
-            after = self.line[of.stop :]
-            if after and after[0].text in {"on", "in", "at", "of"}:
-                container = self.place_at(after[1:])
-        inside = container[0] if container is not None else None
-        if inside is None and of.end not in {"near", "far"}:
-            if not nouns:
-                return None
-            inside = (
-                self.world.talk.place
-                if self.world.talk.place and not self.walk.scene.single(self.world.talk.place)
-                else None
-            )
-        wanted = Wanted(1, vacant, container=inside, targets=self.targets())
-        return self.world.place_ranked(of, wanted, words)
-
-    def _slot_words(self) -> frozenset[str]:
-        scene = self.walk.scene
-        return frozenset[str]().union(*(e.words for e in scene.places if scene.single(e.id)))

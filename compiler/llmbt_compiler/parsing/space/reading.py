@@ -13,7 +13,7 @@ from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.space.expressions import Relation, relations
 from llmbt_compiler.parsing.space.world import World
-from llmbt_compiler.parsing.verbs import Verb
+from llmbt_compiler.parsing.verbs import Shape, Verb
 from llmbt_compiler.parsing.words import Token, tokens
 
 __all__ = ["ONTO", "STOPS", "Reading", "name_end", "named"]
@@ -78,6 +78,7 @@ class Reading:
     def put(self, made: Sequence[Phrase], extent: Extent) -> None:
         """Let new phrases stand for all that overlap with the words they were made of."""
         groups = list(self.clause.groups) or [Group()]
+        self.walk.use(*(t for t in self.line if extent.start <= t.start < extent.end))
 
         def kept(phrases: Iterable[Phrase]) -> tuple[Phrase, ...]:
             return tuple(p for p in phrases if p.extent.end <= extent.start or extent.end <= p.extent.start)
@@ -93,3 +94,21 @@ class Reading:
             (*groups[at].locations, *by[Kind.LOCATION]),
         )
         self.clause = replace(self.clause, groups=tuple(g for g in groups if g.phrases))
+
+    def unlabelled(self, extent: Extent) -> None:
+        """A destination after a relation that the tagger did not label: "the block nearest to the robot on level 2"."""
+        group = next(g for g in self.clause.groups if any(p.extent == extent for p in g.targets))
+        if any(p.extent.start >= extent.end for p in group.phrases) or Shape.PLACE not in {
+            self.walk.shape(t) for t in self.verb.templates
+        }:
+            return
+        after = [t for t in self.line if t.start >= extent.end]
+        if after and after[0].text in ONTO:
+            place = self.place_at(after[1:])
+            if place is not None:
+                where = Extent(after[1].start, after[place[1]].end)
+                made = named(Kind.DESTINATION, place[0], where, after[0].text)
+                groups = tuple(
+                    replace(g, destinations=(*g.destinations, made)) if g is group else g for g in self.clause.groups
+                )
+                self.clause = replace(self.clause, groups=groups)
