@@ -46,6 +46,7 @@ class Request:
     partial: bool = False
     stop_after: str | None = None
     start_from: str | None = None
+    recognise: bool = False
     goals: Path | None = None
     reply_format: str = STEPS
     corrections: int = 2
@@ -65,8 +66,15 @@ class Done:
     outcomes: tuple[str, ...] = field(default=())
 
 
-def scene_map(scene: str, map_file: Path | None = None) -> SemanticMap:
-    """The scene's own map, or the one in a file."""
+def scene_map(scene: str, map_file: Path | None = None, *, recognise: bool = False) -> SemanticMap:
+    """The scene's own map, the one in a file, or one recognised from the scene's cameras. E012 for both of these."""
+    if map_file is not None and recognise:
+        fault = Diagnostic("E012", "--map and --recognise are two maps", help="give one of them")
+        raise LlmbtError(fault, exit_code=ExitCode.USAGE)
+    if recognise:
+        from llmbt.vision import map_of_start
+
+        return map_of_start(load_scene(scene))
     return read_map(map_file) if map_file is not None else to_semantic_map(load_scene(scene))
 
 
@@ -135,7 +143,7 @@ def _listed(candidates: Sequence[str]) -> str:
 
 def _context(request: Request) -> tuple[Context, Any]:
     scene = load_scene(request.scene)
-    semantic_map = scene_map(request.scene, request.map_file)
+    semantic_map = scene_map(request.scene, request.map_file, recognise=request.recognise)
     library = load_library(scene.library, beside=Path(scene.source).parent)
     stated = None
     if request.goals is not None:

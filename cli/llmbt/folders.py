@@ -10,7 +10,7 @@ from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span
 
 __all__ = ["fresh_folder"]
 
-OURS = ("map.xml", "library.xml", "result.json", "plan.json")
+OURS = ("map.xml", "library.xml", "result.json", "plan.json", "capture.json")
 """What a run or an experiment of ours leaves behind even where it ends early."""
 
 

@@ -22,7 +22,8 @@ __all__ = ["MapObject", "MapPlace", "SemanticMap", "parse_map", "read_map", "wri
 
 @dataclass(frozen=True, slots=True)
 class MapObject:
-    """A movable thing. `place` is the most specific place it stands on, None where it stands on none."""
+    """A movable thing. `place` is the most specific place it stands on, None where it stands on none. `held`: the
+    gripper holds it."""
 
     id: str
     name: str
@@ -32,6 +33,7 @@ class MapObject:
     pose: Pose
     place: str | None = None
     type: str = "object"
+    held: bool = False
     line: int = field(default=0, compare=False)
 
 
@@ -126,6 +128,8 @@ def write_map(semantic_map: SemanticMap) -> bytes:
         )
         if o.place is not None:
             node.set("place", o.place)
+        if o.held:
+            node.set("held", "true")
     etree.indent(root)
     return bytes(etree.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
 
@@ -173,6 +177,7 @@ def parse_map(data: bytes, source: str = "map.xml") -> SemanticMap:
             Pose(_triple(n.get("xyz_m", "0 0 0")), _quat(n.get("quat_xyzw", "0 0 0 1"))),
             n.get("place"),
             n.get("type", "object"),
+            (n.get("held") or "").strip() in ("true", "1"),
             line_of(n),
         )
         for n in root.iterfind("Objects/Object")

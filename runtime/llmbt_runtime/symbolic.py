@@ -102,7 +102,7 @@ class SymbolicWorld:
         self._left = self._lasts = int(self._rng.integers(self._ticks[0], self._ticks[1] + 1))
         self._failing = bool(self._rng.random() < self._failure_rate) or not applicable(ground, self._facts)
         touched = ground.deletes | ground.adds
-        positive = frozenset(c for c in ground.start if not c.negated)
+        positive = frozenset(c for c in ground.start if not c.negated) - frozenset(ground.hold)
         self._suspended = positive & touched & self._facts
         if not self._failing:
             self._facts = self._facts - self._suspended

@@ -53,6 +53,7 @@ def compile_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="What the model is asked for: steps in words, or goals as JSON.",
         ),
         click.option("--goals", type=path, default=None, help="Goals (JSON or PDDL) in place of a model's reply."),
+        click.option("--recognise", is_flag=True, help="A semantic map recognised from the scene's cameras."),
         click.option("--map", "map_file", type=path, default=None, help="A semantic map in place of the scene's own."),
     ):
         command = option(command)

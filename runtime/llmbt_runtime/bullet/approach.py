@@ -265,14 +265,26 @@ class Approach:
         widest = max(max(h) for h in halves)
         if widest - min(min(h) for h in halves) > _LONG_M and not carried.tilted:
             for yaw, half in zip(yaws, halves, strict=True):
-                for x, y in free_spots(place, half, keep_off, fixtures, self.frame)[:_SPOT_TRIES]:
-                    yield x, y, [yaw]
+                spots = free_spots(place, half, keep_off, fixtures, self.frame)
+                yield from ((x, y, [yaw]) for x, y in self._packed(place, spots)[:_SPOT_TRIES])
             return
         spots = free_spots(place, (widest, widest), keep_off, fixtures, self.frame)
         if carried.tilted:  # room to fall over, where there is any
             fallen = math.hypot(*body.size_m) / 2
             spots = free_spots(place, (fallen, fallen), keep_off, fixtures, self.frame, SPOT_GAP_TILTED_M) or spots
-        yield from ((x, y, yaws) for x, y in spots[:_SPOT_TRIES])
+        yield from ((x, y, yaws) for x, y in self._packed(place, spots)[:_SPOT_TRIES])
+
+    def _packed(self, place: ScenePlace, spots: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        """Spots in the order in which a small region holds the most: a robot that drives fills it from the corners.
+
+        What is no place of the scene is used in its middle.
+        """
+        if not self._robot.joints.base or place.surface_m is None:
+            return spots
+        x, y, _ = place.surface_m
+        if all(p.id != place.id for p in self.stage.scene.places):
+            return sorted(spots, key=lambda p: round(math.hypot(p[0] - x, p[1] - y), 3))
+        return sorted(spots, key=lambda p: -round(abs(p[0] - x) / place.size_m[0] + abs(p[1] - y) / place.size_m[1], 2))
 
     def _leaves_clear(
         self,

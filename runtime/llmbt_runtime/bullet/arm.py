@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from llmbt_ir.condition import Condition
 from llmbt_runtime.bullet.bench import Bench
 from llmbt_runtime.bullet.grasping import FINGER_BELOW_TIP_M, Carried
 from llmbt_runtime.bullet.kinematics import TipPose, central_yaw, solve_one
@@ -30,11 +31,12 @@ _REPLANS = 4
 
 
 class SkillError(Exception):
-    """A skill cannot go on. `blocker` is the body in the way, where there is one."""
+    """A skill cannot go on. `blocker` is the body in the way, where there is one; `denies` a fact that does not hold
+    after all, until something moves: the skill has looked more closely."""
 
-    def __init__(self, reason: str, blocker: str | None = None) -> None:
+    def __init__(self, reason: str, blocker: str | None = None, *, denies: Condition | None = None) -> None:
         super().__init__(reason)
-        self.reason, self.blocker = reason, blocker
+        self.reason, self.blocker, self.denies = reason, blocker, denies
 
 
 @dataclass

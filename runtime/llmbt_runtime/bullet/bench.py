@@ -142,6 +142,11 @@ class Bench:
                     forces.setdefault(name, [0.0, 0.0])[side] += contact[9]
         return {name: (f[0], f[1]) for name, f in forces.items()}
 
+    @property
+    def gripping(self) -> bool:
+        """Whether both fingers press on something now, by what they feel."""
+        return any(min(both) > _GRASP_FORCE_N for both in self._finger_forces().values())
+
     def state(self, id_: str) -> BodyState:
         """The state of a body now."""
         client, body = self.client, self.bodies[id_]

@@ -26,7 +26,7 @@ _KEEP_XY_M = 0.005
 _STILL_TICKS = 3
 """What has been at rest for so long is where it is: no wider bounds."""
 _SLOT_SPACE_M = 0.06
-_TYPICAL_HALF_M, _HOUSEHOLD_HALF_M = 0.0235, 0.033
+_SMALL_HALF_M, _DRINK_HALF_M = 0.0235, 0.033
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,17 +156,29 @@ class Conditions:
                         self._crowd[place.id] = within
                     else:
                         free.add(Condition("Free", (place.id,)))
-                elif self._takes_many(place) and self._has_room(place, extents):
+                elif self._takes_many(place) and self._has_room(place, extents, sensed.held):
                     free.add(Condition("Free", (place.id,)))
             self._free = frozenset(free)
             self._space_at, self._space_held = lying, sensed.held
         return self._free
 
-    def _has_room(self, place: ScenePlace, extents: list[Extent]) -> bool:
-        """Whether a typical thing could be put down somewhere on a region, in reach where the robot cannot drive."""
-        drives = self.judge.terrain.drives
-        frame, half = (None, _HOUSEHOLD_HALF_M) if drives else (BasePose.of_scene(self.scene), _TYPICAL_HALF_M)
-        return bool(free_spots(place, (half, half), extents, self.scene.fixtures, frame))
+    def deny(self, free: Condition) -> None:
+        """A place has no room after all, until something moves."""
+        self._free = self._free - {free}
+
+    def _has_room(self, place: ScenePlace, extents: list[Extent], held: str | None) -> bool:
+        """Whether what is held could be put down somewhere on a region, or a small thing where nothing is.
+
+        For an arm that is bolted down it is always the small thing, and within its reach.
+        """
+        if not self.judge.terrain.drives:
+            half, frame = (_SMALL_HALF_M, _SMALL_HALF_M), BasePose.of_scene(self.scene)
+            return bool(free_spots(place, half, extents, self.scene.fixtures, frame))
+        halves = {(_DRINK_HALF_M, _DRINK_HALF_M)}
+        if held is not None:
+            x, y, _ = self.kinds[held].size_m
+            halves = {(x / 2, y / 2), (y / 2, x / 2)}
+        return any(free_spots(place, half, extents, self.scene.fixtures, None) for half in sorted(halves))
 
     def _obstructs(self, facts: Iterable[Condition]) -> Facts:
         """Of each slot that holds nothing and is not free, one thing that reaches into it."""

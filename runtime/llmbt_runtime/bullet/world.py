@@ -24,6 +24,7 @@ from llmbt_runtime.bullet.interventions import Interventions
 from llmbt_runtime.bullet.judging import Judge
 from llmbt_runtime.bullet.reporting import Reporter, post_of
 from llmbt_runtime.bullet.restore import Memory
+from llmbt_runtime.bullet.sensors import BulletSensors
 from llmbt_runtime.bullet.skills import Skills
 from llmbt_runtime.bullet.stage import Stage
 from llmbt_runtime.bullet.terrain import Terrain
@@ -55,7 +56,7 @@ class BulletWorld:
         self._stage = Stage(scene)
         self._bench = Bench(scene)
         self._approach = Approach(self._stage)
-        terrain = self._terrain = Terrain(self._stage, self._approach, self._bench.kinds)
+        terrain = self.terrain = Terrain(self._stage, self._approach, self._bench.kinds)
         judge = self._judge = Judge(self._approach, terrain)
         base = BaseConditions(terrain)
         self._conditions = Conditions(self._stage, self._bench.kinds, judge, base)
@@ -81,7 +82,7 @@ class BulletWorld:
         self._outcome: ActionReport | None = None
         self._halting = False
         rng = np.random.default_rng(seed)
-        here = Interventions(self._stage, self._bench, self._approach, self._judge, self._terrain, goals, rng)
+        here = Interventions(self._stage, self._bench, self._approach, self._judge, self.terrain, goals, rng)
         self._disturber = Disturber(here, rng)
         self._disturber.plan(disturbances)
 
@@ -176,6 +177,8 @@ class BulletWorld:
             self._outcome = ActionReport(Status.SUCCESS)
         except SkillError as fault:
             self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
+            if fault.denies is not None:
+                self._conditions.deny(fault.denies)
         if self._outcome is not None:
             self._skill = None
 
@@ -240,6 +243,10 @@ class BulletWorld:
         """What a renderer needs."""
         poses = {id_: s.pose for id_, s in self._bench.sensed.states.items()}
         return Snapshot(self._bench.panda.all_joints(), poses)
+
+    def sensors(self, noise_m: float, rng: np.random.Generator) -> BulletSensors:
+        """What the robot senses with; to be closed by whoever asks."""
+        return BulletSensors(self.scene, self._bench, noise_m, rng)
 
     def disturbances(self) -> tuple[Disturbed, ...]:
         """What has disturbed the world so far."""
