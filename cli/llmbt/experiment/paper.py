@@ -85,7 +85,7 @@ def _stages(lines: Sequence[Line]) -> tuple[Share, Share | None, Share, Share]:
     update = _many(executed, _is(Verdict.SUCCESS)), len(executed)
     recorded = [x for x in lines if x.get("reply") == "recorded"]
     if recorded:
-        good = _many(recorded, lambda x: bool(x.get("goals_right")))
+        good = _many(recorded, lambda x: _clear(x) and bool(x.get("goals_right")))
         return overall, (good, len(lines)), (good, good), update
     clear = [x for x in lines if _clear(x)]
     return overall, None, (len(right), len(clear)), update
