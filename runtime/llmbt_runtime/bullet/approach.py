@@ -19,8 +19,8 @@ from llmbt_ir.scene import Body, ScenePlace
 from llmbt_runtime.bullet.bodies import BodyState
 from llmbt_runtime.bullet.client import BulletClient
 from llmbt_runtime.bullet.frames import BasePose
-from llmbt_runtime.bullet.grasping import Carried, Grasp, Verdict, grasps_of, put_down_state, tip_for
-from llmbt_runtime.bullet.kinematics import TipPose, central_yaw, solve_one
+from llmbt_runtime.bullet.grasping import Carried, Grasp, Verdict, grasps_of, held_state, put_down_state, tip_for
+from llmbt_runtime.bullet.kinematics import TipPose, central_yaw, solve_one, tip_of
 from llmbt_runtime.bullet.robot import MAX_OPENING_M, load_robot
 from llmbt_runtime.bullet.scene_builder import add_bodies, add_fixtures
 from llmbt_runtime.bullet.spots import SPOT_GAP_TILTED_M, free_spots
@@ -35,6 +35,7 @@ PREGRASP_M = 0.09
 _SWEEP_M = (0.0, 0.02, 0.05, PREGRASP_M)
 _RELEASE_BESIDE_M = 0.006
 _MARGIN_M = 0.0015
+_PLANNED_MARGIN_M = 0.006
 _NEAR_HAND_M = 0.25
 _FAR: Vec3 = (90.0, 90.0, 0.0)
 _SPOT_TRIES = 16
@@ -134,6 +135,28 @@ class Approach:
             if any(c[3] >= first for c in client.getClosestPoints(robot, self._bodies[id_], distance=_MARGIN_M)):
                 hits.append(id_)
         return self._touches_fixture(), tuple(hits)
+
+    def free_along(self, joints: Iterable[Array], opening_m: float, carried: Carried | None) -> bool:
+        """Whether the arm, with what it holds, keeps a margin from everything at each of some joint angles."""
+        return all(self.is_free(q, opening_m, carried) for q in joints)
+
+    def is_free(self, q: Array, opening_m: float, carried: Carried | None) -> bool:
+        """Whether the arm at some joint angles, with what it holds, keeps a margin from everything."""
+        self._pose_joints(q, opening_m)
+        robot, first = self._robot.body, self._robot.joints.first_moving_link
+        others = [*self._fixtures.values(), *(self._bodies[id_] for id_ in self._here)]
+        near = (self.client.getClosestPoints(robot, body, distance=_PLANNED_MARGIN_M) for body in others)
+        if any(c[3] >= first for points in near for c in points):
+            return False
+        if carried is None:
+            return True
+        body = self._kinds[carried.id]
+        self._set(body.id, held_state(self.frame, body, carried, tip_of(q)))
+        held, stand = self._bodies[body.id], range(first)
+        touches = any(self.client.getClosestPoints(held, b, distance=_PLANNED_MARGIN_M) for b in others)
+        stood_on = any(c[4] in stand for c in self.client.getClosestPoints(held, robot, distance=_PLANNED_MARGIN_M))
+        self._away(body.id)
+        return not touches and not stood_on
 
     def _touches_fixture(self) -> bool:
         robot, first = self._robot.body, self._robot.joints.first_moving_link

@@ -10,7 +10,7 @@ from llmbt_ir.scene import Scene, ScenePlace
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.frames import BasePose
 from llmbt_runtime.bullet.navigation import Floor
-from llmbt_runtime.bullet.spots import free_spots
+from llmbt_runtime.bullet.spots import free_spots, small_half_m
 from llmbt_runtime.bullet.stage import Stage
 from llmbt_runtime.bullet.terrain import Terrain
 from llmbt_runtime.bullet.world import BulletWorld
@@ -18,7 +18,6 @@ from llmbt_runtime.bullet.world import BulletWorld
 __all__ = ["docks_of", "findings"]
 
 _ABOVE_M = (0.02, 0.12)
-_SMALL_HALF_M = 0.0235
 
 
 def findings(scene: Scene) -> Iterator[Diagnostic]:
@@ -69,8 +68,7 @@ def _bolted(scene: Scene, approach: Approach) -> Iterator[Diagnostic]:
                 hint = "move it to 0.3 to 0.74 m from the robot's base, with room above it"
                 yield _fault(scene, place, "the hand does not come to it from above", hint)
         elif place.id not in holding_slots:
-            half = (_SMALL_HALF_M, _SMALL_HALF_M)
-            spots = free_spots(place, half, (), scene.fixtures, base)
+            spots = free_spots(place, small_half_m(drives=False), (), scene.fixtures, base)
             if not any(approach.reaches(base, [(u, v, z + above) for above in _ABOVE_M]) for u, v in spots[:20]):
                 yield _fault(scene, place, "there is no spot on it to which the hand comes", "move it nearer")
 

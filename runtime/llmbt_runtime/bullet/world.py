@@ -61,7 +61,7 @@ class BulletWorld:
         base = BaseConditions(terrain)
         self._conditions = Conditions(self._stage, self._bench.kinds, judge, base)
         self._reporter = Reporter(scene.with_containers)
-        self._arm = Arm(self._stage, self._bench)
+        self._arm = Arm(self._stage, self._bench, self._approach)
         hand = Hand(self._arm, self._approach, self._reporter, lambda: self._reading.settled)
         driver = Driver(self._arm, terrain, judge, base, self._reporter)
         self._skills = Skills(hand, driver)
@@ -178,7 +178,7 @@ class BulletWorld:
         except SkillError as fault:
             self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
             if fault.denies is not None:
-                self._conditions.deny(fault.denies)
+                self._conditions.deny(fault.denies, self._bench.sensed)
         if self._outcome is not None:
             self._skill = None
 
