@@ -105,7 +105,7 @@ def _of_cases(name: str) -> click.Command:
         from llmbt.render import print_json
 
         pool = pool_of(workers, backend, scheduler)
-        settings = tuple(s for s in all_settings() if s.available) if factorial else (Setting(world),)
+        settings = tuple(s for s in all_settings() if not s.missing) if factorial else (Setting(world),)
         order = PaperOrder(seed, repeat, trials, settings, keep)
         found = run_paper(
             load_experiment(name), order, folder, pool, resume=resume, force=force, quiet=quiet or as_json

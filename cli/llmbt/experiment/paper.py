@@ -247,8 +247,7 @@ def _factorial(lines: Sequence[Line], given: str) -> Table:
     rows = []
     for setting in factorial():
         mine = [x for x in lines if setting_of(x) == setting and _clear(x)]
-        why = "not run" if setting.available else "this version has no such setting"
-        told = rate(_many(mine, _is(Verdict.SUCCESS)), len(mine)) if mine else why
+        told = rate(_many(mine, _is(Verdict.SUCCESS)), len(mine)) if mine else setting.missing or "not run"
         rows.append((setting.world, setting.perception, setting.scenes, told))
     return Table(
         "factorial",
