@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from llmbt.experiment.cases import load_experiment
-from llmbt.experiment.plan import Setting, factorial, plan, sample, setting_of, trial_seed
+from llmbt.experiment.plan import Setting, factorial, plan, sample, setting_of, trial_seed, under
 from llmbt.experiment.trial import means
 from llmbt_ir.condition import parse_condition
 
@@ -26,7 +26,7 @@ def test_six_seeds_of_each_clear_request_are_450_trials():
 
 
 def test_a_trial_has_one_seed_under_all_settings_and_another_in_another_experiment():
-    trials = plan(CARGO, seed=0, repeat=1, settings=(Setting("symbolic"), Setting("bullet")))
+    trials = under(plan(CARGO, seed=0, repeat=1), (Setting("symbolic"), Setting("bullet")))
     assert len({t.key for t in trials}) == 200
     assert len({t.seed for t in trials}) == 100
     assert {t.seed for t in plan(CARGO, seed=1, repeat=1)}.isdisjoint({t.seed for t in trials})
@@ -45,7 +45,7 @@ def test_a_sample_is_part_of_the_plan_in_its_order_and_repeats():
 def test_the_factorial_has_eight_cells_and_lines_know_theirs():
     settings = list(factorial())
     assert len(set(settings)) == 8
-    (trial,) = plan(CARGO, seed=0, repeat=1, settings=settings[3:4])[:1]
+    (trial,) = under(plan(CARGO, seed=0, repeat=1)[:1], settings[3:4])
     assert setting_of(trial.as_json()) == settings[3]
 
 

@@ -105,7 +105,7 @@ def _of_cases(name: str) -> click.Command:
         from llmbt.render import print_json
 
         pool = pool_of(workers, backend, scheduler)
-        settings = tuple(s for s in all_settings() if s.available) if factorial else (Setting(world),)
+        settings = tuple(s for s in all_settings() if not s.missing) if factorial else (Setting(world),)
         order = PaperOrder(seed, repeat, trials, settings, keep)
         found = run_paper(
             load_experiment(name), order, folder, pool, resume=resume, force=force, quiet=quiet or as_json
@@ -171,4 +171,72 @@ def baselines(
     else:
         click.echo("\n".join(t.markdown() for t in (*found.tables, *found.times)))
         click.echo(f"{found.header['n']} trials; tables, figures and pages in {folder}")
+    return 0
+
+
+@experiment.command()
+@click.option(
+    "--per-cell", type=click.IntRange(1), default=None, help="Episodes of each kind, number of events, manner."
+)
+@click.option(
+    "--sealed", "key", type=click.Path(path_type=Path), default=None, help="The sealed set, by its key's file."
+)
+@click.option("-o", "--out", type=click.Path(path_type=Path), required=True, metavar="FILE.jsonl")
+@json_flag
+def episodes(per_cell: int | None, key: Path | None, out: Path, as_json: bool) -> int:
+    """Write the benchmark's episodes, one a line (docs/benchmark.md)."""
+    import hashlib
+
+    from llmbt.experiment.episode_set import committed, read_key, set_of
+    from llmbt.render import print_json
+    from llmbt_ir.versions import write_atomic
+    from llmbt_runtime.episodes.written import write_episode
+
+    secret = read_key(key) if key is not None else None
+    lines = [write_episode(e) + "\n" for e in set_of(per_cell or committed()["per_cell"], secret)]
+    data = "".join(lines).encode()
+    write_atomic(out, data)
+    told = {"episodes": len(lines), "sha256": hashlib.sha256(data).hexdigest(), "file": str(out)}
+    if as_json:
+        print_json(told, 0)
+    else:
+        click.echo(f"{told['episodes']} episodes, sha256 {told['sha256']}: {out}")
+        if secret is None and per_cell is None:
+            same = told["sha256"] == committed()["open"]["sha256"]
+            click.echo("the open set as it was committed" if same else "NOT the open set as it was committed")
+    return 0
+
+
+@experiment.command()
+@click.argument("file", type=click.Path(path_type=Path), metavar="EPISODES.jsonl")
+@click.argument("executor", metavar="COMMAND|METHOD")
+@click.option(
+    "-o", "--out", type=click.Path(path_type=Path), default=None, metavar="FILE.json", help="Every episode, too."
+)
+@click.option("--patience", type=click.FloatRange(0.1), default=20.0, show_default=True, help="Seconds for an answer.")
+@click.option("--trials", type=click.IntRange(1), default=None, help="The first so many episodes.")
+@json_flag
+def score(file: Path, executor: str, out: Path | None, patience: float, trials: int | None, as_json: bool) -> int:
+    """Measure an executor on EPISODES: a command that speaks the protocol of docs/benchmark.md, or one of our methods
+    by its name."""
+    import json
+
+    from llmbt.experiment.score import as_document, in_process, judge, played_by, score_table
+    from llmbt.render import print_json
+    from llmbt_ir.versions import write_atomic
+    from llmbt_ir.xml import read_bytes
+    from llmbt_runtime.baselines import EXECUTORS
+    from llmbt_runtime.episodes.written import read_episodes
+
+    found = read_episodes(read_bytes(file, "episodes"), str(file))[:trials]
+    games = in_process(executor, found) if executor in EXECUTORS else played_by(executor, found, patience)
+    scored = [judge(*game) for game in games]
+    table = score_table(scored, executor)
+    document = dict(as_document(scored, table))
+    if out is not None:
+        write_atomic(out, (json.dumps(document, indent=1, ensure_ascii=False) + "\n").encode())
+    if as_json:
+        print_json(document, 0)
+    else:
+        click.echo(table.markdown())
     return 0

@@ -11,7 +11,17 @@ from llmbt.experiment.adversary import attack
 from llmbt.experiment.baselines_job import BaselineJob, work
 from llmbt.experiment.cases import Case, Experiment, Request, experiment_names
 from llmbt.experiment.results import Results, write_results
-from llmbt.experiment.scenario import ATTACKS, CELLS, UNSOLVABLE_CELLS, Scenario, applies, right_goals, seed_of, tell
+from llmbt.experiment.scenario import (
+    ATTACKS,
+    CELLS,
+    UNSOLVABLE_CELLS,
+    Scenario,
+    applies,
+    comes_about,
+    right_goals,
+    seed_of,
+    tell,
+)
 from llmbt.experiment.study import Study, run_study
 from llmbt.experiment.workers import Pool
 from llmbt_ir.condition import Condition
@@ -57,7 +67,7 @@ def scenarios(experiment: Experiment, order: BaselineOrder) -> Iterator[Scenario
     meet are left out."""
     rights = _Rights(experiment)
     for world in order.worlds:
-        kinds = [c for c in (*CELLS, *UNSOLVABLE_CELLS) if _pick(experiment, rights, c, 0) is not None]
+        kinds = [c for c in (*CELLS, *UNSOLVABLE_CELLS) if _able(experiment, rights, c)]
         if world == "bullet":
             kinds = [c for c in kinds if c in NAMES]
             cells = [kinds[i % len(kinds)] for i in range(order.trials)]
@@ -67,24 +77,33 @@ def scenarios(experiment: Experiment, order: BaselineOrder) -> Iterator[Scenario
         for cell in cells:
             number = counts[cell]
             counts[cell] += 1
-            found = _pick(experiment, rights, cell, number)
-            assert found is not None
-            case, request, goals = found
-            seed, n = seed_of(order.seed, world, cell, number), ATTACKS.get(cell, 0)
-            events = tuple(map(tell, attack(case, (goals,), seed, events=n))) if n else ()
-            yield Scenario(world, cell, case.name, request.id, tuple(map(str, goals)), number, seed, events)
+            seed = seed_of(order.seed, world, cell, number)
+            found = (
+                _scenario(world, cell, case, rights, number, seed) for case in _turn(experiment, rights, cell, number)
+            )
+            scenario = next((s for s, case in found if s.events or comes_about(s, case)), None)
+            if scenario is not None:
+                yield scenario
 
 
-def _pick(
-    experiment: Experiment, rights: _Rights, cell: str, number: int
-) -> tuple[Case, Request, tuple[Condition, ...]] | None:
+def _able(experiment: Experiment, rights: _Rights, cell: str) -> list[Case]:
     firsts = ((c, rights.get(c, 0)) for c in experiment.cases)
-    able = [c for c, first in firsts if first is not None and applies(cell, c, first[1])]
-    if not able:
-        return None
-    case = able[number % len(able)]
-    found = rights.get(case, number // len(able))
-    return None if found is None else (case, *found)
+    return [c for c, first in firsts if first is not None and applies(cell, c, first[1])]
+
+
+def _turn(experiment: Experiment, rights: _Rights, cell: str, number: int) -> Iterator[Case]:
+    """The case whose turn it is, and then those after it, should the disturbance not come about in it."""
+    able = _able(experiment, rights, cell)
+    yield from (able[(number + i) % len(able)] for i in range(len(able)))
+
+
+def _scenario(world: str, cell: str, case: Case, rights: _Rights, number: int, seed: int) -> tuple[Scenario, Case]:
+    found = rights.get(case, number // 5)
+    assert found is not None
+    request, goals = found
+    n = ATTACKS.get(cell, 0)
+    events = tuple(map(tell, attack(case, (goals,), seed, events=n))) if n else ()
+    return Scenario(world, cell, case.name, request.id, tuple(map(str, goals)), number, seed, events), case
 
 
 def run_baselines(

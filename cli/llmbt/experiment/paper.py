@@ -85,7 +85,7 @@ def _stages(lines: Sequence[Line]) -> tuple[Share, Share | None, Share, Share]:
     update = _many(executed, _is(Verdict.SUCCESS)), len(executed)
     recorded = [x for x in lines if x.get("reply") == "recorded"]
     if recorded:
-        good = _many(recorded, lambda x: bool(x.get("goals_right")))
+        good = _many(recorded, lambda x: _clear(x) and bool(x.get("goals_right")))
         return overall, (good, len(lines)), (good, good), update
     clear = [x for x in lines if _clear(x)]
     return overall, None, (len(right), len(clear)), update
@@ -247,8 +247,7 @@ def _factorial(lines: Sequence[Line], given: str) -> Table:
     rows = []
     for setting in factorial():
         mine = [x for x in lines if setting_of(x) == setting and _clear(x)]
-        why = "not run" if setting.available else "this version has no such setting"
-        told = rate(_many(mine, _is(Verdict.SUCCESS)), len(mine)) if mine else why
+        told = rate(_many(mine, _is(Verdict.SUCCESS)), len(mine)) if mine else setting.missing or "not run"
         rows.append((setting.world, setting.perception, setting.scenes, told))
     return Table(
         "factorial",

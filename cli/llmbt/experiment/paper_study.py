@@ -10,7 +10,7 @@ from typing import Any
 from llmbt import __version__
 from llmbt.experiment.cases import Experiment, cassette_of, experiment_names
 from llmbt.experiment.paper_job import PaperJob, work
-from llmbt.experiment.plan import Setting, plan, sample
+from llmbt.experiment.plan import Setting, plan, sample, under
 from llmbt.experiment.results import Results, write_results
 from llmbt.experiment.study import Study, run_study
 from llmbt.experiment.workers import Pool
@@ -20,7 +20,7 @@ __all__ = ["PaperOrder", "run_paper"]
 
 @dataclass(frozen=True, slots=True)
 class PaperOrder:
-    """What is asked for: `repeat` seeds of each clear request, `trials` of them all, under each of the settings."""
+    """What is asked for: `repeat` seeds of each clear request, or of these a sample of `trials`, under each setting."""
 
     seed: int = 0
     repeat: int = 1
@@ -40,9 +40,10 @@ def run_paper(
     quiet: bool = False,
 ) -> Results:
     """Run what is left of an experiment's plan in `folder`, and write its results there. Errors as `run_study`."""
-    trials = plan(experiment, seed=order.seed, repeat=order.repeat, settings=order.settings)
+    trials = plan(experiment, seed=order.seed, repeat=order.repeat)
     if order.trials is not None:
         trials = sample(trials, order.trials, order.seed)
+    trials = under(trials, order.settings)
     source = experiment.name if experiment.name in experiment_names() else str(Path(experiment.source).resolve())
     jobs = [PaperJob(t, source, order.keep) for t in trials]
     header = _header(experiment, order) | {"source": source, "n": len(jobs), "order": [j.key for j in jobs]}

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 from zlib import crc32
 
 from llmbt.experiment.cases import Experiment
 from llmbt_runtime.chance import chance
 
-__all__ = ["Setting", "Trial", "factorial", "plan", "sample", "trial_seed"]
+__all__ = ["Setting", "Trial", "factorial", "plan", "sample", "setting_of", "trial_seed", "under"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +23,11 @@ class Setting:
     scenes: str = "nominal"
 
     @property
-    def available(self) -> bool:
-        """Whether this version can run it."""
-        return self.perception == "truth" and self.scenes == "nominal"
+    def missing(self) -> str:
+        """Why this version cannot run it; empty where it can."""
+        if self.perception == "truth" and self.scenes == "nominal":
+            return ""
+        return "facts have no poses" if self.world == "symbolic" else "this version has no such setting"
 
     def __str__(self) -> str:
         return f"{self.world}, {self.perception}, {self.scenes}"
@@ -62,19 +64,22 @@ def trial_seed(seed: int, *names: str | int) -> int:
     return crc32("/".join(map(str, (seed, *names))).encode()) % 2**31
 
 
-def plan(
-    experiment: Experiment, *, seed: int, repeat: int, settings: Iterable[Setting] = (Setting(),)
-) -> tuple[Trial, ...]:
+def plan(experiment: Experiment, *, seed: int, repeat: int) -> tuple[Trial, ...]:
     """Every request of every case, each clear one `repeat` times with another seed; an unclear one once, since what
-    becomes of it is settled before there is any chance. The seed of a trial is the same under all settings."""
+    becomes of it is settled before there is any chance."""
     return tuple(
-        Trial(experiment.name, case.name, r.id, k, trial_seed(seed, experiment.name, case.name, r.id, k), setting)
-        for setting in settings
+        Trial(experiment.name, case.name, r.id, k, trial_seed(seed, experiment.name, case.name, r.id, k))
         for k in range(repeat)
         for case in experiment.cases
         for r in case.requests
         if r.clear or k == 0
     )
+
+
+def under(trials: Iterable[Trial], settings: Iterable[Setting]) -> tuple[Trial, ...]:
+    """The same trials, with the same seeds, under each of the settings."""
+    trials = tuple(trials)
+    return tuple(replace(t, setting=setting) for setting in settings for t in trials)
 
 
 def sample(trials: tuple[Trial, ...], n: int, seed: int) -> tuple[Trial, ...]:

@@ -17,7 +17,7 @@ from llmbt_compiler.reasoning.chat import Replay
 from llmbt_ir.condition import Condition, Goals, parse_condition
 from llmbt_ir.diagnostics import ExitCode, LlmbtError
 from llmbt_ir.scene import to_semantic_map
-from llmbt_runtime.baselines import Limits
+from llmbt_runtime.baselines import Limits, run
 from llmbt_runtime.chance import chance
 from llmbt_runtime.disturbance import DisturbanceSpec, applicable, draw
 from llmbt_runtime.initial import facts_of_map
@@ -138,6 +138,16 @@ def applies(cell: str, case: Case, goals: tuple[Condition, ...]) -> bool:
     domain = case.domain()
     able = applicable(domain, facts_of_map(domain, to_semantic_map(case.scene)), goals)
     return bool(able) if cell in ("two", "failures") else cell in ("none", *ATTACKS, *able)
+
+
+def comes_about(scenario: Scenario, case: Case) -> bool:
+    """Whether the disturbance of a scenario comes about on the way of the undisturbed plan; in physics that is not
+    known before it is tried."""
+    if scenario.world == "bullet" or scenario.cell == "none":
+        return True
+    world = open_world(scenario, case)
+    run("script", world, case.domain(), scenario.conditions(), LIMITS[scenario.world])
+    return bool(world.disturbances())
 
 
 def seed_of(seed: int, world: str, cell: str, number: int) -> int:

@@ -239,7 +239,9 @@ class Hand:
     def _yaws(self, carried: Carried, place: ScenePlace) -> list[float]:
         """Yaws of the fingers that put a thing down square to the place, along its edge first on a slot."""
         edge = self._edge(place)
-        square = [k * math.pi / 2 - carried.turn_rad for k in (0, 1)]
+        any_way_round = self.bench.kinds[carried.id].shape in ("cylinder", "sphere") and not carried.tilted
+        turn = 0.0 if any_way_round else carried.turn_rad
+        square = [k * math.pi / 2 - turn for k in (0, 1)]
         if place.is_slot:
             return sorted(square, key=lambda y: abs(math.sin(y - edge)))
         tip = self.bench.panda.tip()
