@@ -26,7 +26,7 @@ out_folder = click.option(
 
 
 def execution_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """--world, --state, --seed, --disturb, --budget, --picture."""
+    """--world, --perception, --state, --seed, --disturb, --budget, --picture."""
     for option in (
         click.option("--picture", is_flag=True, help="Pictures of the scene: at the start, each update, the end."),
         click.option("--budget", type=click.IntRange(0), default=200_000, show_default=True, help="State expansions."),
@@ -42,6 +42,13 @@ def execution_options(command: Callable[..., Any]) -> Callable[..., Any]:
             type=click.Path(path_type=Path),
             default=None,
             help="With --world symbolic: start from the state in a version's record (tree.vNNN.json).",
+        ),
+        click.option(
+            "--perception",
+            type=click.Choice(["truth", "camera"]),
+            default="truth",
+            show_default=True,
+            help="What conditions and skills go by in physics; the outcome is judged by the truth.",
         ),
         click.option("--world", type=click.Choice(["bullet", "symbolic"]), default="bullet", show_default=True),
     ):
