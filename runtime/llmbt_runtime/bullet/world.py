@@ -217,6 +217,8 @@ class BulletWorld:
             self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
         if self._outcome is not None:
             self._skill = None
+            if self._seen is not None:
+                self._reading = self._believed(self._seen)
 
     def advance(self) -> ActionReport:
         """Go on by one tick of 24 physics steps."""
