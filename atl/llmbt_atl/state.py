@@ -133,9 +133,10 @@ class Domain:
         return {k: tuple(v) for k, v in table.items()}
 
     def upward(self, fact: Condition) -> Iterator[Condition]:
-        """A fact and what it implies by containment."""
+        """A fact and what it implies by containment. What the library does not know implies nothing."""
         yield fact
-        for i, param in enumerate(self.library.conditions[fact.name].params):
+        declared = self.library.conditions.get(fact.name)
+        for i, param in enumerate(declared.params if declared is not None else ()):
             if param.upward:
                 for outer in self.containers(fact.args[i]):
                     yield Condition(fact.name, (*fact.args[:i], outer, *fact.args[i + 1 :]))

@@ -251,7 +251,7 @@ def _symbolic(order: Order, domain: Domain, aims: tuple[Condition, ...], specs: 
     facts = read_state(order.state) if order.state else facts_of_map(domain, to_semantic_map(order.scene))
     there = domain.for_state(facts)
     rng = chance(order.seed, "world")
-    return SymbolicWorld(there, facts, rng, events=symbolic_events(specs, there, facts, aims, rng))
+    return SymbolicWorld(there, facts, rng, events=symbolic_events(specs, there, facts, aims, rng), goals=aims)
 
 
 def read_state(path: Path) -> Facts:

@@ -22,7 +22,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "report": ("llmbt.commands.report:report", "A run, or an experiment, as a page to read."),
     "solve": ("llmbt.commands.solve:solve", "Run the update loop on a PDDL problem."),
     "tree": ("llmbt.commands.tree:tree", "Look at trees."),
-    "scene": ("llmbt.commands.scene:scene", "Scenes, and what their cameras see."),
+    "scene": ("llmbt.commands.scene:scene", "Scenes: what stands where, pictures, faults, clouds."),
     "atl": ("llmbt.commands.atl:atl", "Action template libraries."),
     "keywords": ("llmbt.commands.keywords:keywords", "The keyword tagger: tag, train, evaluate."),
     "cassette": ("llmbt.commands.cassette:cassette", "Recordings of the language model."),

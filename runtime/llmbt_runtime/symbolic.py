@@ -52,14 +52,17 @@ class SymbolicWorld:
         ticks: tuple[int, int] = (1, 8),
         failure_rate: float = 0.0,
         events: Iterable[Event] = (),
+        goals: tuple[Condition, ...] = (),
     ) -> None:
-        """`ticks` bounds how long an action lasts, both included."""
+        """`ticks` bounds how long an action lasts, both included; a disturbance is over once a goal about its target
+        holds, too."""
         self._domain = domain
         self._facts = facts
         self._rng = rng
         self._ticks = ticks
         self._failure_rate = failure_rate
         self._events = tuple(events)
+        self._goals = goals
         self._log: tuple[Disturbed, ...] = ()
         self._now = 0
         self._running: GroundAction | None = None
@@ -99,7 +102,7 @@ class SymbolicWorld:
         self._left = self._lasts = int(self._rng.integers(self._ticks[0], self._ticks[1] + 1))
         self._failing = bool(self._rng.random() < self._failure_rate) or not applicable(ground, self._facts)
         touched = ground.deletes | ground.adds
-        positive = frozenset(c for c in ground.start if not c.negated)
+        positive = frozenset(c for c in ground.start if not c.negated) - frozenset(ground.hold)
         self._suspended = positive & touched & self._facts
         if not self._failing:
             self._facts = self._facts - self._suspended
@@ -162,9 +165,10 @@ class SymbolicWorld:
         return all(holds(c, self._facts) for c in event.when)
 
     def _recovered(self) -> None:
+        reached = {arg for g in self._goals if holds(g, self._facts) for arg in g.args}
         self._log = tuple(
             replace(d, recovered_at_s=self.time_s)
-            if d.recovered_at_s is None and d.broke and set(d.broke) <= self._facts
+            if d.recovered_at_s is None and d.broke and (set(d.broke) <= self._facts or d.target in reached)
             else d
             for d in self._log
         )

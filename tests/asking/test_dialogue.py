@@ -130,6 +130,15 @@ def test_an_open_step_is_asked_about_and_an_answer_settles_it(reply, code, candi
     assert len(heard) == 1, "no model was asked again"
 
 
+@pytest.mark.parametrize(
+    "answer", ["not object 2", "anything but object 2", "object 2 or object 4", "object 6", "the pink one", "?"]
+)
+def test_an_answer_that_is_not_plain_is_not_taken(answer):
+    with pytest.raises(LlmbtError) as caught:
+        talk("Do as I said.", ["1. Place the green block on position 12."], [answer])
+    assert caught.value.exit_code is ExitCode.NO_RECORDING
+
+
 def test_several_questions_one_after_the_other():
     reply = "1. Place the green block on position 12.\n2. Place the yellow block on position 13."
     goals, kinds, _ = talk("Do as I said.", [reply], ["object 2", "object 5"])

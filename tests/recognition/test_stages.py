@@ -226,7 +226,8 @@ def test_what_leans_is_registered(geometry: Geometry) -> None:
     if axis is not None:
         assert abs(axis @ (yaw_matrix(0.7) @ lean)[:, 2]) > 0.998
     again = register(points, geometry)
-    assert again.xyz_m == found.xyz_m, "Open3D's chance is seeded"
+    # Open3D's chance is seeded; its threads add up in any order, which the last bits show
+    assert math.dist(again.xyz_m, found.xyz_m) < 1e-9
 
 
 def test_a_fit_tells_distances() -> None:

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 from llmbt_atl.state import Domain, applicable, apply
 from llmbt_ir.condition import ActionCall, Condition, Facts, holds
 from llmbt_runtime.search import OutOfBudget, Plan, Unsolvable, h_add, search
+from llmbt_runtime.search.grounding import task_of
 from llmbt_runtime.search.mutex import mutexes_of
 from llmbt_runtime.search.problem import Problem, problem_of
-from llmbt_runtime.search.task import task_of
 from tests.strips import Op, Strips
 
 from .random_problems import Sample, ground_facts, samples

@@ -82,7 +82,7 @@ def watched(episode: Episode) -> Watched:
     return world
 
 
-def measure(episode: Episode, events: int, method: str, *, check: bool = True) -> Row:
+def measure(episode: Episode, events: int, method: str, *, check: bool = True, limits: Limits = LIMITS) -> Row:
     """Run a method on an episode."""
     world, domain = watched(episode), episode.fresh()
     changes: list[tuple[int, Change]] = []
@@ -95,7 +95,7 @@ def measure(episode: Episode, events: int, method: str, *, check: bool = True) -
 
     with patch.object(loop, "search", counted):
         began = time.process_time()
-        found = run(method, world, domain, episode.goals, LIMITS, keep=lambda c: changes.append((len(world.starts), c)))
+        found = run(method, world, domain, episode.goals, limits, keep=lambda c: changes.append((len(world.starts), c)))
         ms = (time.process_time() - began) * 1000
     right, wrong = _verdict(episode, found, world)
     kinds = [s.kind for _, c in changes for s in c.grown.steps]

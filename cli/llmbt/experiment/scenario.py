@@ -152,7 +152,9 @@ def open_world(scenario: Scenario, case: Case) -> World:
     facts = facts_of_map(domain, to_semantic_map(case.scene))
     if scenario.cell in ATTACKS:
         given = tuple(map(heard, scenario.events))
-        return SymbolicWorld(domain.for_state(facts), facts, chance(scenario.seed, "world"), events=given)
+        return SymbolicWorld(
+            domain.for_state(facts), facts, chance(scenario.seed, "world"), events=given, goals=goals[0]
+        )
     wanted = {"two": "random:2", "failures": "random"}.get(scenario.cell, scenario.cell)
     names = draw(wanted, chance(scenario.seed, "disturb"), applicable(domain, facts, goals[0]))
     if scenario.world == "bullet":
@@ -162,7 +164,7 @@ def open_world(scenario: Scenario, case: Case) -> World:
     specs = tuple(DisturbanceSpec(name) for name in names)
     events = symbolic_events(specs, there, facts, goals[0], rng)
     rate = 0.1 if scenario.cell == "failures" else 0.0
-    return SymbolicWorld(there, facts, rng, failure_rate=rate, events=events)
+    return SymbolicWorld(there, facts, rng, failure_rate=rate, events=events, goals=goals[0])
 
 
 def _bullet(scenario: Scenario, case: Case, goals: Goals, names: tuple[str, ...]) -> World:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from llmbt_atl.library import Library
-from llmbt_compiler.asking.question import Asked, Slot
+from llmbt_compiler.asking.question import Asked, Slot, mentioned_in
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing import LabelledStep
 from llmbt_compiler.parsing.ledger import Ledger
@@ -63,7 +63,16 @@ def choose(answer: str, asked: Asked, semantic_map: SemanticMap, library: Librar
         return asked.candidates
     scene = Scene(semantic_map, library)
     ids = _among(parts, line, asked.candidates, scene)
-    return ids if set(ids) <= set(asked.candidates) else ()
+    if not ids and not relations(parts) and not any(_turned(t) for t in parts):
+        named = [i for i in mentioned_in(line, scene) if i in asked.candidates]
+        ids = tuple(named) if len(named) == 1 else ()
+    either = len(ids) > 1 and "or" in texts
+    return ids if set(ids) <= set(asked.candidates) and not either else ()
+
+
+def _turned(t: Token) -> bool:
+    """Whether a word turns round what is named: "not object 2", "anything but object 2"."""
+    return t.text in {"but", "other", "than", "no"} or lexicon().is_(t.text, "negation", "except", "instead")
 
 
 def _content(t: Token) -> bool:
@@ -152,9 +161,19 @@ def edited(
 
 def _changed(step: LabelledStep, edit: Edit, tag: Callable[[Sequence[str]], Sequence[LabelledStep]]) -> LabelledStep:
     text = step.text[: edit.start] + edit.text + step.text[edit.end :]
+    runs = _runs(step, edit, len(edit.text) - (edit.end - edit.start))
+    if edit.again:
+        (fresh,) = tag([text])
+        return replace(fresh, number=step.number, reply=step.reply, runs=runs)
+    readings = tuple(replace(r, spans=_spans(r.spans, edit, text)) for r in step.readings)
+    return replace(step, text=text, spans=_spans(step.spans, edit, text), runs=runs, readings=readings)
+
+
+def _spans(spans: Sequence[KeywordSpan], edit: Edit, text: str) -> tuple[KeywordSpan, ...]:
+    """The keywords of a step once its text has become `text`."""
     shift = len(edit.text) - (edit.end - edit.start)
-    hit = [s for s in step.spans if s.start < edit.end and edit.start < s.end]
-    kept = [s for s in step.spans if s not in hit]
+    hit = [s for s in spans if s.start < edit.end and edit.start < s.end]
+    kept = [s for s in spans if s not in hit]
     moved = [replace(s, start=s.start + shift, end=s.end + shift) if s.start >= edit.end else s for s in kept]
     labels = [s.label for s in hit if s.label is not Kind.ACTION]
     kind = labels[0] if labels else edit.kind
@@ -164,12 +183,8 @@ def _changed(step: LabelledStep, edit: Edit, tag: Callable[[Sequence[str]], Sequ
             start += len(lead)
             break
     end = edit.start + len(edit.text)
-    spans = moved if kind is None else [*moved, KeywordSpan(start, end, kind, text[start:end])]
-    runs = _runs(step, edit, shift)
-    if edit.again:
-        (fresh,) = tag([text])
-        return replace(step, text=text, spans=fresh.spans, confidence=fresh.confidence, runs=runs)
-    return replace(step, text=text, spans=tuple(sorted(spans, key=lambda s: s.start)), runs=runs)
+    made = moved if kind is None else [*moved, KeywordSpan(start, end, kind, text[start:end])]
+    return tuple(sorted(made, key=lambda s: s.start))
 
 
 def _runs(step: LabelledStep, edit: Edit, shift: int) -> tuple[tuple[int, int], ...]:

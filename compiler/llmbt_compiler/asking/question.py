@@ -20,7 +20,7 @@ from llmbt_compiler.reasoning.steps import Question
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity, Span
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["Asked", "Slot", "from_diagnostics", "from_model", "from_request"]
+__all__ = ["Asked", "Slot", "from_diagnostics", "from_model", "from_request", "mentioned_in"]
 
 _ANSWER = "answer with --answer TEXT"
 _LONGEST_NAME = 6
@@ -146,6 +146,12 @@ def _mentioned(text: str, scene: Scene) -> tuple[str, ...]:
     return tuple(objects or places)
 
 
+def mentioned_in(text: str, scene: Scene) -> tuple[str, ...]:
+    """Everything that a text names by an id or a name of its own."""
+    objects, places, _ = _names(tokens(text), scene)
+    return (*objects, *places)
+
+
 def _names(words: Sequence[Token], scene: Scene) -> tuple[list[str], list[str], str | None]:
     """The objects and the places that a text names by an id or a name of their own, and which come first."""
     objects: dict[str, None] = {}
@@ -227,8 +233,9 @@ def _fitting(after: Sequence[Token], scene: Scene) -> tuple[str, ...]:
         ),
         len(after),
     )
-    for length in range(min(stop, 4), 0, -1):
-        parts = after[:length]
+    nouns = [t for t in after[:stop] if t.number is None]
+    for length in range(min(len(nouns), 4), 0, -1):
+        parts = nouns[:length]
         every = (Token("all", parts[0].start, parts[0].start), *parts)
         for resolve in (resolve_objects, resolve_places):
             found = resolve(every, scene, Talk())

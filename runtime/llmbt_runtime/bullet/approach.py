@@ -19,8 +19,8 @@ from llmbt_ir.scene import Body, ScenePlace
 from llmbt_runtime.bullet.bodies import BodyState
 from llmbt_runtime.bullet.client import BulletClient
 from llmbt_runtime.bullet.frames import BasePose
-from llmbt_runtime.bullet.grasping import Carried, Grasp, Verdict, grasps_of, put_down_state, tip_for
-from llmbt_runtime.bullet.kinematics import TipPose, central_yaw, solve_one
+from llmbt_runtime.bullet.grasping import Carried, Grasp, Verdict, grasps_of, held_state, put_down_state, tip_for
+from llmbt_runtime.bullet.kinematics import TipPose, central_yaw, solve_one, tip_of
 from llmbt_runtime.bullet.robot import MAX_OPENING_M, load_robot
 from llmbt_runtime.bullet.scene_builder import add_bodies, add_fixtures
 from llmbt_runtime.bullet.spots import SPOT_GAP_TILTED_M, free_spots
@@ -35,6 +35,7 @@ PREGRASP_M = 0.09
 _SWEEP_M = (0.0, 0.02, 0.05, PREGRASP_M)
 _RELEASE_BESIDE_M = 0.006
 _MARGIN_M = 0.0015
+_PLANNED_MARGIN_M = 0.006
 _NEAR_HAND_M = 0.25
 _FAR: Vec3 = (90.0, 90.0, 0.0)
 _SPOT_TRIES = 16
@@ -134,6 +135,28 @@ class Approach:
             if any(c[3] >= first for c in client.getClosestPoints(robot, self._bodies[id_], distance=_MARGIN_M)):
                 hits.append(id_)
         return self._touches_fixture(), tuple(hits)
+
+    def free_along(self, joints: Iterable[Array], opening_m: float, carried: Carried | None) -> bool:
+        """Whether the arm, with what it holds, keeps a margin from everything at each of some joint angles."""
+        return all(self.is_free(q, opening_m, carried) for q in joints)
+
+    def is_free(self, q: Array, opening_m: float, carried: Carried | None) -> bool:
+        """Whether the arm at some joint angles, with what it holds, keeps a margin from everything."""
+        self._pose_joints(q, opening_m)
+        robot, first = self._robot.body, self._robot.joints.first_moving_link
+        others = [*self._fixtures.values(), *(self._bodies[id_] for id_ in self._here)]
+        near = (self.client.getClosestPoints(robot, body, distance=_PLANNED_MARGIN_M) for body in others)
+        if any(c[3] >= first for points in near for c in points):
+            return False
+        if carried is None:
+            return True
+        body = self._kinds[carried.id]
+        self._set(body.id, held_state(self.frame, body, carried, tip_of(q)))
+        held, stand = self._bodies[body.id], range(first)
+        touches = any(self.client.getClosestPoints(held, b, distance=_PLANNED_MARGIN_M) for b in others)
+        stood_on = any(c[4] in stand for c in self.client.getClosestPoints(held, robot, distance=_PLANNED_MARGIN_M))
+        self._away(body.id)
+        return not touches and not stood_on
 
     def _touches_fixture(self) -> bool:
         robot, first = self._robot.body, self._robot.joints.first_moving_link
@@ -265,14 +288,26 @@ class Approach:
         widest = max(max(h) for h in halves)
         if widest - min(min(h) for h in halves) > _LONG_M and not carried.tilted:
             for yaw, half in zip(yaws, halves, strict=True):
-                for x, y in free_spots(place, half, keep_off, fixtures, self.frame)[:_SPOT_TRIES]:
-                    yield x, y, [yaw]
+                spots = free_spots(place, half, keep_off, fixtures, self.frame)
+                yield from ((x, y, [yaw]) for x, y in self._packed(place, spots)[:_SPOT_TRIES])
             return
         spots = free_spots(place, (widest, widest), keep_off, fixtures, self.frame)
         if carried.tilted:  # room to fall over, where there is any
             fallen = math.hypot(*body.size_m) / 2
             spots = free_spots(place, (fallen, fallen), keep_off, fixtures, self.frame, SPOT_GAP_TILTED_M) or spots
-        yield from ((x, y, yaws) for x, y in spots[:_SPOT_TRIES])
+        yield from ((x, y, yaws) for x, y in self._packed(place, spots)[:_SPOT_TRIES])
+
+    def _packed(self, place: ScenePlace, spots: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        """Spots in the order in which a small region holds the most: a robot that drives fills it from the corners.
+
+        What is no place of the scene is used in its middle.
+        """
+        if not self._robot.joints.base or place.surface_m is None:
+            return spots
+        x, y, _ = place.surface_m
+        if all(p.id != place.id for p in self.stage.scene.places):
+            return sorted(spots, key=lambda p: round(math.hypot(p[0] - x, p[1] - y), 3))
+        return sorted(spots, key=lambda p: -round(abs(p[0] - x) / place.size_m[0] + abs(p[1] - y) / place.size_m[1], 2))
 
     def _leaves_clear(
         self,

@@ -8,10 +8,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from llmbt_ir.condition import Condition
+from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.bench import Bench
 from llmbt_runtime.bullet.grasping import FINGER_BELOW_TIP_M, Carried
 from llmbt_runtime.bullet.kinematics import TipPose, central_yaw, solve_one
-from llmbt_runtime.bullet.motion import plan_line
+from llmbt_runtime.bullet.motion import Trajectory, plan_line
+from llmbt_runtime.bullet.planning import plan_tip
 from llmbt_runtime.bullet.seen import Seen
 from llmbt_runtime.bullet.stage import Stage
 
@@ -28,14 +31,16 @@ _CLEARANCE_M = 0.03
 _CORRIDOR_M = 0.13
 _HEADROOM_M = 0.04
 _REPLANS = 4
+_CHECKED_ROWS, _HIGHER_TRIED = 5, 4
 
 
 class SkillError(Exception):
-    """A skill cannot go on. `blocker` is the body in the way, where there is one."""
+    """A skill cannot go on. `blocker` is the body in the way, where there is one; `denies` a fact that does not hold
+    after all, until something moves: the skill has looked more closely."""
 
-    def __init__(self, reason: str, blocker: str | None = None) -> None:
+    def __init__(self, reason: str, blocker: str | None = None, *, denies: Condition | None = None) -> None:
         super().__init__(reason)
-        self.reason, self.blocker = reason, blocker
+        self.reason, self.blocker, self.denies = reason, blocker, denies
 
 
 @dataclass
@@ -45,6 +50,7 @@ class Arm:
 
     stage: Stage
     bench: Bench | Seen
+    approach: Approach
     carried: Carried | None = field(default=None)
     transferring: str | None = field(default=None)
     share: Callable[[], float] = field(default=lambda: 0.0)
@@ -111,6 +117,9 @@ class Arm:
             seen = self.bench.surprises
             start, end = panda.tip(), (*end[:3], central_yaw(end[0], end[1], end[3]))
             height = self._travel_height(start, end, carrying)
+            if height is None:
+                yield from self._round(start, end, carrying, speed)
+                return
             yield from self.line((*start[:2], height, start[3]), *speed, carrying=carrying, until=seen)
             if carrying is not None:
                 self.transferring = carrying
@@ -123,14 +132,44 @@ class Arm:
             yield from self.come_to_rest()
         raise SkillError("blocked")
 
-    def _travel_height(self, start: TipPose, end: TipPose, carrying: str | None) -> float:
-        """The height of the tip (base frame) at which to go from one point to another."""
+    def _round(self, start: TipPose, end: TipPose, carrying: str | None, speed: tuple[float, float]) -> Skill:
+        """To above `end` by a way that was searched for, where none leads over everything. A part of it is no line of
+        its own: what turns up on the way halts it as a motion that is blocked."""
+        self.approach.stand_at(self.bench.base.pose)
+        self.approach.mirror(self.bench.sensed.states, without=carrying)
+        carried, opening = (self.carried if carrying is not None else None), self.bench.panda.finger_gap()
+
+        def free_at(tip: TipPose) -> bool:
+            q = solve_one(tip)
+            return q is not None and self.approach.is_free(q, opening, carried)
+
+        def free(motion: Trajectory) -> bool:
+            return self.approach.free_along(motion.q[::_CHECKED_ROWS], opening, carried)
+
+        if not free_at(start):
+            raise SkillError("start_in_collision")
+        above = [(*end[:2], end[2] + _HEADROOM_M + k * 0.03, end[3]) for k in range(_HIGHER_TRIED)]
+        goal = next((tip for tip in above if free_at(tip)), None)
+        if goal is None:
+            raise SkillError("goal_in_collision")
+        way = plan_tip(start, goal, free_at, free)
+        if way is None:
+            raise SkillError("no_plan")
+        seen = self.bench.surprises
+        for corner in way:
+            yield from self.line(corner, *speed, carrying=carrying, until=seen)
+            if seen != self.bench.surprises:
+                yield from self.come_to_rest()
+                raise SkillError("blocked")
+
+    def _travel_height(self, start: TipPose, end: TipPose, carrying: str | None) -> float | None:
+        """The height of the tip (base frame) at which to go from one point to another; None where that is too high."""
         needed = self._height(start, end, carrying)
         for clearance in (_CLEARANCE_M, 0.012):
             height = max(start[2], end[2] + _HEADROOM_M, needed + clearance)
             if all(solve_one((*p[:2], height, p[3])) is not None for p in (start, end)):
                 return height
-        raise SkillError("ik_unreachable")
+        return None
 
     def down(self, end: TipPose, carrying: str | None) -> Skill:
         """Straight down, the last centimetres slowly."""

@@ -173,7 +173,8 @@ def _vertices(client: BulletClient, robot: int, link: int, shape: Any) -> NDArra
     if kind == client.GEOM_CYLINDER:
         x, y = 2 * x, 2 * y
     corners = np.array(list(itertools.product((-x / 2, x / 2), (-y / 2, y / 2), (-z / 2, z / 2))))
-    return corners @ np.reshape(client.getMatrixFromQuaternion(turn), (3, 3)).T + np.asarray(at)
+    rotation = np.reshape(np.asarray(client.getMatrixFromQuaternion(turn), dtype=np.float64), (3, 3))
+    return corners @ rotation.T + np.asarray(at, dtype=np.float64)
 
 
 def encode_png(rgb: NDArray[np.uint8]) -> bytes:

@@ -16,7 +16,7 @@ from llmbt_runtime.bullet.bench import Sensed
 from llmbt_runtime.bullet.bodies import BodyState, Extent, any_moved, overlap
 from llmbt_runtime.bullet.frames import BasePose
 from llmbt_runtime.bullet.judging import Judge
-from llmbt_runtime.bullet.spots import free_spots
+from llmbt_runtime.bullet.spots import free_spots, small_half_m
 from llmbt_runtime.bullet.stage import Stage
 
 __all__ = ["Conditions", "Reading"]
@@ -26,7 +26,7 @@ _KEEP_XY_M = 0.005
 _STILL_TICKS = 3
 """What has been at rest for so long is where it is: no wider bounds."""
 _SLOT_SPACE_M = 0.06
-_TYPICAL_HALF_M, _HOUSEHOLD_HALF_M = 0.0235, 0.033
+_BESIDE_M = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +51,7 @@ class Conditions:
     _space_at: dict[str, BodyState] = field(default_factory=dict)
     _space_held: str | None = None
     _free: Facts = frozenset()
+    _denied: dict[Condition, dict[str, BodyState]] = field(default_factory=dict)
     _crowd: dict[str, tuple[str, ...]] = field(default_factory=dict)
     _arranged_at: int = -1
     _containers: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -158,15 +159,33 @@ class Conditions:
                         free.add(Condition("Free", (place.id,)))
                 elif self._takes_many(place) and self._has_room(place, extents):
                     free.add(Condition("Free", (place.id,)))
-            self._free = frozenset(free)
+            self._free = frozenset(free) - self._still_denied(sensed)
             self._space_at, self._space_held = lying, sensed.held
         return self._free
 
+    def deny(self, free: Condition, sensed: Sensed) -> None:
+        """A place has no room after all, for what a skill held over it: so it is until something moves there."""
+        self._denied[free] = self._around(free.args[0], sensed)
+        self._free = self._free - {free}
+
+    def _still_denied(self, sensed: Sensed) -> Facts:
+        self._denied = {c: at for c, at in self._denied.items() if not any_moved(self._around(c.args[0], sensed), at)}
+        return frozenset(self._denied)
+
+    def _around(self, id_: str, sensed: Sensed) -> dict[str, BodyState]:
+        """What lies on a place or beside it."""
+        place = self.scene.place(id_)
+        lying = ((i, s) for i, s in sensed.states.items() if i != sensed.held)
+        return {i: s for i, s in lying if place.covers(s.xyz[0], s.xyz[1], _BESIDE_M)}
+
     def _has_room(self, place: ScenePlace, extents: list[Extent]) -> bool:
-        """Whether a typical thing could be put down somewhere on a region, in reach where the robot cannot drive."""
+        """Whether a small thing could be put down somewhere on a region, in reach where the robot cannot drive.
+
+        It does not ask for what is held, or the fact would come and go with every grasp.
+        """
         drives = self.judge.terrain.drives
-        frame, half = (None, _HOUSEHOLD_HALF_M) if drives else (BasePose.of_scene(self.scene), _TYPICAL_HALF_M)
-        return bool(free_spots(place, (half, half), extents, self.scene.fixtures, frame))
+        frame = None if drives else BasePose.of_scene(self.scene)
+        return bool(free_spots(place, small_half_m(drives=drives), extents, self.scene.fixtures, frame))
 
     def _obstructs(self, facts: Iterable[Condition]) -> Facts:
         """Of each slot that holds nothing and is not free, one thing that reaches into it."""

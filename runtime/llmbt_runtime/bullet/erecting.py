@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from llmbt_ir.condition import Condition
 from llmbt_ir.scene import Body, ScenePlace
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.arm import Arm, Skill, SkillError
@@ -82,7 +83,8 @@ class Erector:
                 standing = lying_at(body, (x, y, place.surface_m[2] + body.size_m[2] / 2 + 0.001), 0.0)
                 if self._possible(how) and self.approach.fits(body.id, standing):
                     return how
-        raise SkillError("ik_unreachable" if any_room else "no_free_buffer")
+        free = Condition("Free", (place.id,))
+        raise SkillError("ik_unreachable" if any_room else "no_free_buffer", denies=free)
 
     def _spots(self, place: ScenePlace, body: Body) -> Iterator[tuple[float, float]]:
         if place.surface_m is None:

@@ -12,7 +12,7 @@ from llmbt_runtime.bullet.frames import BasePose
 from llmbt_runtime.bullet.kinematics import TipPose, central_yaw
 from llmbt_runtime.bullet.robot import MAX_OPENING_M
 
-__all__ = ["FINGER_BELOW_TIP_M", "Carried", "Grasp", "Verdict", "grasps_of", "put_down_state", "tip_for"]
+__all__ = ["FINGER_BELOW_TIP_M", "Carried", "Grasp", "Verdict", "grasps_of", "held_state", "put_down_state", "tip_for"]
 
 FINGER_BELOW_TIP_M = 0.0115
 _GRASP_DEPTH_M = 0.03
@@ -99,16 +99,25 @@ def tip_for(frame: BasePose, carried: Carried, x: float, y: float, bottom_m: flo
     return (bx, by, bz, central_yaw(bx, by, byaw))
 
 
+def held_state(frame: BasePose, body: Body, carried: Carried, tip: TipPose) -> BodyState:
+    """Where a held thing is while the tip is at a pose (base frame)."""
+    x, y, z, yaw = frame.to_world(tip)
+    c, s = math.cos(yaw), math.sin(yaw)
+    x, y = x + c * carried.along_m - s * carried.across_m, y + s * carried.along_m + c * carried.across_m
+    return at_rest(body, (x, y, z - carried.below_m), _turned(carried.axes, c, s))
+
+
 def put_down_state(body: Body, carried: Carried, x: float, y: float, bottom_m: float, yaw: float) -> BodyState:
     """A held thing once it has been put down, the fingers opening along `yaw`."""
     z = bottom_m + carried.bottom_below_tip_m - carried.below_m
-    c, s = math.cos(yaw), math.sin(yaw)
-    (ax, bx, cx), (ay, by, cy), down = carried.axes
-    east, north = (
-        (c * ax - s * ay, c * bx - s * by, c * cx - s * cy),
-        (s * ax + c * ay, s * bx + c * by, s * cx + c * cy),
-    )
-    return at_rest(body, (x, y, z + 0.001), (east, north, down))
+    return at_rest(body, (x, y, z + 0.001), _turned(carried.axes, math.cos(yaw), math.sin(yaw)))
+
+
+def _turned(axes: Axes, c: float, s: float) -> Axes:
+    """A rotation turned about the vertical."""
+    (ax, bx, cx), (ay, by, cy), down = axes
+    east = c * ax - s * ay, c * bx - s * by, c * cx - s * cy
+    return east, (s * ax + c * ay, s * bx + c * by, s * cx + c * cy), down
 
 
 def _finger_axes(body: Body, state: BodyState) -> list[tuple[float, float]]:

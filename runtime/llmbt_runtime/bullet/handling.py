@@ -218,7 +218,7 @@ class Hand:
             return (x, y), self._allowed(self.approach.let_go(carried, x, y, place.surface_m[2], yaws))
         found = self.approach.spot(carried, place, yaws, avoid=for_)
         if found is None or found[1].grasp is None:
-            raise SkillError("no_free_buffer")
+            raise SkillError("no_free_buffer", denies=Condition("Free", (place.id,)))
         return found[0], found[1].grasp
 
     def _still_free(self, carried: Carried, place: ScenePlace, x: float, y: float, how: Grasp) -> Grasp:

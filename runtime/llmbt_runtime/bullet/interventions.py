@@ -21,7 +21,7 @@ from llmbt_runtime.bullet.bodies import BodyState, Extent, lying_at
 from llmbt_runtime.bullet.grasping import Verdict
 from llmbt_runtime.bullet.judging import Judge
 from llmbt_runtime.bullet.navigation import footprint_of
-from llmbt_runtime.bullet.spots import free_spots
+from llmbt_runtime.bullet.spots import free_spots, small_half_m
 from llmbt_runtime.bullet.stage import Stage
 from llmbt_runtime.bullet.terrain import Terrain
 
@@ -186,19 +186,22 @@ class Interventions:
             return
         for yaw in (math.pi / 2, 0.0):
             state = lying_at(body, (x, y, z + body.size_m[2] / 2), yaw)
-            if not self._has_room(place, self.bench.kinds[held], held, state.extent) and self._fits_elsewhere(body):
+            lying = [s.extent for _, s in self.bench.others(held, body.id)]
+            small = small_half_m(drives=self.terrain.drives)
+            room = free_spots(place, small, [*lying, state.extent], self.scene.fixtures, None)
+            if not room and self._fits_elsewhere(body):
                 yield state
 
-    def _has_room(self, place: ScenePlace, body: Body, without: str | None, *more: Extent) -> bool:
+    def _has_room(self, place: ScenePlace, body: Body) -> bool:
         """Whether a thing could be put down somewhere on a region, one way round or the other."""
-        lying = [*(s.extent for _, s in self.bench.others(without, body.id)), *more]
+        lying = [s.extent for _, s in self.bench.others(body.id)]
         halves = {(body.size_m[0] / 2, body.size_m[1] / 2), (body.size_m[1] / 2, body.size_m[0] / 2)}
         return any(free_spots(place, half, lying, self.scene.fixtures, None) for half in sorted(halves))
 
     def _fits_elsewhere(self, body: Body, *only: str) -> bool:
         """Whether there is a place that an obstacle can be put aside on; the floor is none."""
         places = [p for p in self.scene.places if p.surface_m is not None and (not only or p.id in only)]
-        return any(self._has_room(p, body, None) for p in places)
+        return any(self._has_room(p, body) for p in places)
 
     def _destinations(self, due: Draw, now: Carry) -> Iterator[ScenePlace]:
         """Where the held thing is to go, as far as one obstacle can take the room."""

@@ -15,12 +15,18 @@ from llmbt_runtime.bullet.frames import BasePose
 
 Array = NDArray[np.float64]
 
-__all__ = ["SPOT_GAP_TILTED_M", "free_spots"]
+__all__ = ["SPOT_GAP_TILTED_M", "free_spots", "small_half_m"]
 
 _SPOT_STEP_M = 0.02
 _SPOT_GAP_M, SPOT_GAP_TILTED_M = 0.055, 0.025
 _SPOT_FIXTURE_GAP_M = 0.09
+_BLOCK_HALF_M, _DRINK_HALF_M = 0.0235, 0.033
 _MIN_REACH_M, _MAX_REACH_M = 0.30, 0.74
+
+
+def small_half_m(*, drives: bool) -> tuple[float, float]:
+    """Half the extents of what a region has to have room for to be free: a block on a bench, a drink in a room."""
+    return (_DRINK_HALF_M, _DRINK_HALF_M) if drives else (_BLOCK_HALF_M, _BLOCK_HALF_M)
 
 
 def free_spots(

@@ -73,7 +73,7 @@ class BulletWorld:
         self._bench = Bench(scene)
         self._perception = perception
         self._approach = Approach(self._stage)
-        terrain = self._terrain = Terrain(self._stage, self._approach, self._bench.kinds)
+        terrain = self.terrain = Terrain(self._stage, self._approach, self._bench.kinds)
         judge = self._judge = Judge(self._approach, terrain)
         base = BaseConditions(terrain)
         self._conditions = Conditions(self._stage, self._bench.kinds, judge, base)
@@ -87,7 +87,7 @@ class BulletWorld:
             eyes = Eyes(self._sensors, perception.recognise, lambda: self._stage.scene)
             self._seen = Seen(self._bench, self._stage, eyes)
             self._beliefs = Conditions(self._stage, self._bench.kinds, judge, base)
-        self._arm = Arm(self._stage, self._seen or self._bench)
+        self._arm = Arm(self._stage, self._seen or self._bench, self._approach)
         hand = Hand(self._arm, self._approach, self._reporter, lambda: self._reading.settled)
         driver = Driver(self._arm, terrain, judge, base, self._reporter)
         self._skills = Skills(hand, driver, Searcher(self._arm, driver, self._seen))
@@ -109,7 +109,7 @@ class BulletWorld:
         self._outcome: ActionReport | None = None
         self._halting = False
         rng = np.random.default_rng(seed)
-        here = Interventions(self._stage, self._bench, self._approach, self._judge, self._terrain, goals, rng)
+        here = Interventions(self._stage, self._bench, self._approach, self._judge, self.terrain, goals, rng)
         self._disturber = Disturber(here, rng)
         self._disturber.plan(disturbances)
         if self._seen is not None and self._sensors is not None:
@@ -215,6 +215,8 @@ class BulletWorld:
             self._outcome = ActionReport(Status.SUCCESS)
         except SkillError as fault:
             self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
+            if fault.denies is not None:
+                self._beliefs.deny(fault.denies, (self._seen or self._bench).sensed)
         if self._outcome is not None:
             self._skill = None
             if self._seen is not None:

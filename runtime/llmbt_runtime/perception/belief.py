@@ -102,7 +102,7 @@ def _points(thing: MapObject) -> Array:
     grid = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], dtype=np.float64)
     grid = grid[np.isin(np.abs(grid).sum(axis=1), (1, 3))]
     local = grid * np.asarray(thing.size_m) / 2 * _INSET
-    return local @ _rotation(thing.pose.quat_xyzw).T + np.asarray(thing.pose.xyz_m)
+    return np.asarray(local @ _rotation(thing.pose.quat_xyzw).T + np.asarray(thing.pose.xyz_m))
 
 
 def _rotation(quat_xyzw: tuple[float, float, float, float]) -> Array:

@@ -6,13 +6,13 @@ from llmbt_atl.state import Domain
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_runtime.search.best_first import Budget, Verdict, best_first
 from llmbt_runtime.search.climb import climb
+from llmbt_runtime.search.grounding import task_of
 from llmbt_runtime.search.landmarks import landmarks_of
 from llmbt_runtime.search.mutex import mutexes_of
 from llmbt_runtime.search.problem import Unreachable, problem_of
 from llmbt_runtime.search.proof import quick_proof, smallest, unreachable_goal
 from llmbt_runtime.search.result import OutOfBudget, Plan, Result
 from llmbt_runtime.search.shorten import shortened
-from llmbt_runtime.search.task import task_of
 
 __all__ = ["DEFAULT_BUDGET", "search"]
 

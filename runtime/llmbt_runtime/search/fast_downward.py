@@ -21,12 +21,12 @@ from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError
 from llmbt_runtime.search.best_first import Budget
 from llmbt_runtime.search.core import DEFAULT_BUDGET
+from llmbt_runtime.search.grounding import task_of
 from llmbt_runtime.search.mutex import Mutexes, mutexes_of
 from llmbt_runtime.search.problem import Problem, Unreachable, bits, problem_of
 from llmbt_runtime.search.proof import quick_proof, smallest, unreachable_goal
 from llmbt_runtime.search.result import OutOfBudget, Plan, Result
 from llmbt_runtime.search.shorten import shortened
-from llmbt_runtime.search.task import task_of
 
 __all__ = ["available", "driver", "search_fast_downward"]
 

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 from llmbt_atl.state import Domain, GroundAction
 from llmbt_ir.condition import ActionCall, Condition, Facts
-from llmbt_runtime.search.task import Task, task_of
+from llmbt_runtime.search.grounding import task_of
+from llmbt_runtime.search.task import Task
 
 __all__ = ["HTable", "Ranked", "h_add", "relaxed_costs"]
 

@@ -6,7 +6,7 @@ from llmbt_atl.state import Domain, GroundAction
 from llmbt_ir.condition import ActionCall, Facts, Goals
 from llmbt_ir.tree import Tree
 from llmbt_runtime.search import HTable, h_add
-from llmbt_runtime.search.task import task_of
+from llmbt_runtime.search.grounding import task_of
 from llmbt_runtime.update.grown import Grown
 from llmbt_runtime.update.local import Move, drop_excluded, helpful_goal, repair
 from llmbt_runtime.update.rollout import Certificate, StuckKind, rollout
@@ -17,7 +17,7 @@ __all__ = ["imagine"]
 GROWTH_LIMIT = 2_000
 """Edits of one imagination: far above what any scene needs, so that it ends whatever the templates say."""
 PATIENCE = 3
-"""So many re-expansions one after the other may lead nowhere: imaginations that succeed need two at most."""
+"""So many re-expansions one after the other may lead to no action: imaginations that succeed need two at most."""
 
 
 def imagine(
@@ -73,5 +73,5 @@ def imagine(
                 state = facts  # another branch acts first now, so what came before it is imagined anew
         tree, moved = mended.tree, mended.moved | moved
         steps.append(mended.step)
-        idle = idle + 1 if mended.step.kind == "re-expand" else 0
+        idle = idle + 1 if mended.step.kind == "re-expand" and not outcome.actions else 0
     return None

@@ -33,14 +33,10 @@ _KEYS = tuple(
         (_UNKNOWN, r"(?:by|according\s+to)\s+(?:their\s+)?(?:colou?r|shape|weight|mass|kind|type|price|age|width)s?"),
     )
 )
+_STARTING = r"(?:starting|beginning)\s+(?:on|at|from|with)\s+the\s+(?:far\s+)?"
 _DIRECTIONS = tuple(
-    (name, _words(rf"{name}{rest}"))
-    for name, rest in (
-        ("left", r"\s+to\s+(?:the\s+)?right"),
-        ("right", r"\s+to\s+(?:the\s+)?left"),
-        ("front", r"\s+to\s+(?:the\s+)?back"),
-        ("back", r"\s+to\s+(?:the\s+)?front"),
-    )
+    (name, _words(rf"{name}\s+to\s+(?:the\s+)?{other}|{_STARTING}{name}(?:\s+(?:end|side))?"))
+    for name, other in (("left", "right"), ("right", "left"), ("front", "back"), ("back", "front"))
 )
 _BEGINNING = _words(
     r"(?:starting|beginning|start|begin)\s+(?:on|from|at|with)\s+the\s+(?:very\s+|far\s+)?(?P<end>left|right|front|back)"
