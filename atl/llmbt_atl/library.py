@@ -264,6 +264,7 @@ class _Reader:
             tuple((node.get("verbs") or "").split()),
             node.get("words", ""),
             _line(node),
+            _flag(node, "senses"),
         )
 
 

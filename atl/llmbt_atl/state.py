@@ -24,7 +24,8 @@ __all__ = ["Domain", "GroundAction", "applicable", "apply", "domain_of"]
 class GroundAction:
     """An action over things: what it needs, and exactly what holds and no longer holds afterwards.
 
-    `deletes` and `adds` are disjoint; what state variables and containment imply is spelt out in them.
+    `deletes` and `adds` are disjoint; what state variables and containment imply is spelt out in them. Of one that
+    `senses` they are what may be hoped for.
     """
 
     call: ActionCall
@@ -33,6 +34,7 @@ class GroundAction:
     adds: frozenset[Condition] = field(compare=False)
     deletes: frozenset[Condition] = field(compare=False)
     rank: int = field(compare=False, default=0)
+    senses: bool = field(compare=False, default=False)
 
     @property
     def pre(self) -> tuple[Condition, ...]:
@@ -249,7 +251,7 @@ class Domain:
         gone = frozenset(deletes - adds)
         if adds <= positive and not gone:
             return None
-        return GroundAction(call, s, h, adds, gone, rank)
+        return GroundAction(call, s, h, adds, gone, rank, template.senses)
 
     def _inner(self, template: Template, binding: Mapping[str, str]) -> Iterator[Condition]:
         """What must not hold so that an `innermost` parameter stands for the most specific place."""

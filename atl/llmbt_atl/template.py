@@ -92,7 +92,11 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Template:
-    """An action template. `unequal` are pairs of parameters that must differ; `deletes` only the explicit ones."""
+    """An action template. `unequal` are pairs of parameters that must differ; `deletes` only the explicit ones.
+
+    One that `senses` looks for something: its Post is what a plan may hope for, and whatever is found instead is no
+    failure.
+    """
 
     name: str
     params: tuple[Param, ...]
@@ -104,6 +108,7 @@ class Template:
     verbs: tuple[str, ...] = ()
     words: str = ""
     line: int = 0
+    senses: bool = False
 
     @property
     def pre(self) -> tuple[Pattern, ...]:

@@ -58,6 +58,7 @@ class Order:
     vary: bool = False
     video: Path | None = None
     gui: bool = False
+    perception: str = "truth"
 
 
 def load_tree(data: bytes, source: str, scene: Scene) -> tuple[TreeFile, Library, Domain, Goals]:
@@ -156,10 +157,11 @@ def execute_tree(
     run = _run_folder(data, source, provenance, library, folder, goals, kind)
     if not (folder / "map.xml").exists():
         write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
-    world = _world(order, domain, aims, specs, physics or _bullet)
+    world = _world(order, domain, aims, specs, physics)
     told = {
         "scene": order.scene.name,
         "world": order.world,
+        **({"perception": order.perception} if order.world == "bullet" else {}),
         "disturb": order.disturb,
         "drawn": [s.name for s in specs],
         **({"varied": True} if order.vary else {}),
@@ -246,11 +248,11 @@ def _world(
     domain: Domain,
     aims: tuple[Condition, ...],
     specs: tuple[DisturbanceSpec, ...],
-    physics: Physics,
+    physics: Physics | None,
 ) -> World:
     made: dict[str, Callable[[], World]] = {
         "symbolic": lambda: _symbolic(order, domain, aims, specs),
-        "bullet": lambda: physics(order.scene, order.seed, specs, aims),
+        "bullet": lambda: (physics or _bullet(order.perception))(order.scene, order.seed, specs, aims),
     }
     return made[order.world]()
 
@@ -275,10 +277,16 @@ def read_state(path: Path) -> Facts:
     return facts
 
 
-def _bullet(scene: Scene, seed: int, specs: tuple[DisturbanceSpec, ...], aims: tuple[Condition, ...]) -> World:
-    from llmbt_runtime.bullet.world import BulletWorld
+def _bullet(perception: str) -> Physics:
+    """A new world, for a robot that knows the truth or one that has to see."""
+    from llmbt_runtime.bullet.world import BulletWorld, Perception
 
-    return BulletWorld(scene, seed, disturbances=specs, goals=aims)
+    eyes: Perception | None = None
+    if perception == "camera":
+        from llmbt_compiler.recognition.recognise import recognise
+
+        eyes = Perception(recognise)
+    return lambda scene, seed, specs, aims: BulletWorld(scene, seed, specs, aims, eyes)
 
 
 def _picture(world: World, folder: Path, name: str) -> None:

@@ -26,7 +26,7 @@ out_folder = click.option(
 
 
 def execution_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """--world, --state, --seed, --vary, --disturb, --budget, --picture, --video, --gui."""
+    """--world, --perception, --state, --seed, --vary, --disturb, --budget, --picture, --video, --gui."""
     for option in (
         click.option("--gui", is_flag=True, help="Show the run in Bullet's window, where there is a screen."),
         click.option(
@@ -51,6 +51,13 @@ def execution_options(command: Callable[..., Any]) -> Callable[..., Any]:
             type=click.Path(path_type=Path),
             default=None,
             help="With --world symbolic: start from the state in a version's record (tree.vNNN.json).",
+        ),
+        click.option(
+            "--perception",
+            type=click.Choice(["truth", "camera"]),
+            default="truth",
+            show_default=True,
+            help="What conditions and skills go by in physics; the outcome is judged by the truth.",
         ),
         click.option("--world", type=click.Choice(["bullet", "symbolic"]), default="bullet", show_default=True),
     ):

@@ -30,7 +30,8 @@ __all__ = ["Change", "Settings", "Updater", "execute"]
 class Settings:
     """Limits. `budget` counts state expansions of the search over the whole run; `max_ticks` guards against a world
     that never comes to an end; `attempts` is how often an action may fail before it is excluded; a tree of more than
-    `max_nodes` nodes is pruned of what its certificate does not run."""
+    `max_nodes` nodes is pruned of what its certificate does not run; so many times in a row what is seen and the truth
+    may disagree about the goals before the run ends."""
 
     budget: int = 200_000
     max_ticks: int = 20_000
@@ -38,6 +39,7 @@ class Settings:
     calm_ticks: int = 3
     patience_ticks: int = 40
     settle_s: float = 0.5
+    disagreements: int = 10
     max_nodes: int = 400
 
 
@@ -118,7 +120,7 @@ class _Run:
         self.expected: Facts = frozenset()
         self.began: Facts = frozenset()
         self.failures = Failures(settings.attempts)
-        self.told_disturbances = 0
+        self.told_disturbances = self.disagreed = 0
 
     # -- the loop -------------------------------------------------------------------------------------------------
 
@@ -377,7 +379,11 @@ class _Run:
             return self.end(Outcome.SUCCESS, "")
         self.believed = None
         self.ticks += 1
-        return None
+        self.disagreed = self.disagreed + 1 if satisfied(self.goals, self.world.observe()) else 0
+        if self.disagreed < self.settings.disagreements:
+            return None
+        wrong = ", ".join(str(g) for goals in self.goals for g in goals if not holds(g, truth))
+        return self.end(Outcome.ACTION_FAILED, f"by what is seen the goals hold, by the truth not: {wrong}")
 
     def end(self, outcome: Outcome, reason: str, unsolvable: tuple[Condition, ...] = ()) -> Result:
         truth = self.world.truth()

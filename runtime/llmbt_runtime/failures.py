@@ -24,6 +24,8 @@ def shortfall(action: GroundAction, began: Facts, observed: Facts, report: Actio
     if report.status is not Status.SUCCESS:
         blocked = f", {report.blocker} is in the way" if report.blocker else ""
         return (report.reason or "no reason given") + blocked
+    if action.senses:
+        return ""
     missing = sorted(action.adds - observed)
     if missing:
         return f"post_not_reached: {missing[0]}"

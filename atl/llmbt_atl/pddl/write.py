@@ -57,6 +57,8 @@ def _library(library: Library) -> Iterator[str]:
             attributes.append(("words", t.words))
         if t.verbs:
             attributes.append(("verbs", " ".join(t.verbs)))
+        if t.senses:
+            attributes.append(("senses", "true"))
         yield from _block("template", attributes, list(_template(library, t)), 4)
     yield "  </templates>"
     yield "</library>"

@@ -27,6 +27,7 @@ def execute(
     scene: str,
     folder: Path,
     world: str,
+    perception: str,
     seed: int,
     disturb: str,
     budget: int,
@@ -51,7 +52,13 @@ def execute(
     from llmbt_ir.xml import read_bytes
 
     data = read_bytes(tree, "tree")
-    order = Order(load_scene(scene), world, seed, disturb, budget, picture, state, not no_update, vary, video, gui)
+    order = Order(
+        *(load_scene(scene), world, seed, disturb, budget, picture, state, not no_update),
+        vary=vary,
+        video=video,
+        gui=gui,
+        perception=perception,
+    )
     if tree.resolve().parent != folder.resolve() or (folder / "result.json").exists():
         fresh_folder(folder, force=force)
     document = execute_tree(data, str(tree), folder, order, Progress(quiet=quiet or as_json))

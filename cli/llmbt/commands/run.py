@@ -28,6 +28,7 @@ def run(
     scene: str,
     folder: Path,
     world: str,
+    perception: str,
     seed: int,
     disturb: str,
     budget: int,
@@ -52,7 +53,13 @@ def run(
     from llmbt_runtime.schedule import read_schedule
 
     request = prepared(request_text, scene, how)
-    order = Order(load_scene(scene), world, seed, disturb, budget, picture, state, vary=vary, video=video, gui=gui)
+    order = Order(
+        *(load_scene(scene), world, seed, disturb, budget, picture, state),
+        vary=vary,
+        video=video,
+        gui=gui,
+        perception=perception,
+    )
     if is_schedule(disturb):
         read_schedule(Path(disturb))
     else:

@@ -15,6 +15,7 @@ from llmbt_runtime.bullet.grasping import FINGER_BELOW_TIP_M, Carried
 from llmbt_runtime.bullet.kinematics import TipPose, central_yaw, solve_one
 from llmbt_runtime.bullet.motion import Trajectory, plan_line
 from llmbt_runtime.bullet.planning import plan_tip
+from llmbt_runtime.bullet.seen import Seen
 from llmbt_runtime.bullet.stage import Stage
 
 __all__ = ["FINE_ACCELERATION", "FINE_SPEED", "TRACKING_LIMIT_RAD", "Arm", "Skill", "SkillError", "far"]
@@ -48,7 +49,7 @@ class Arm:
     being carried over, while it is, and `share` how far it has come."""
 
     stage: Stage
-    bench: Bench
+    bench: Bench | Seen
     approach: Approach
     carried: Carried | None = field(default=None)
     transferring: str | None = field(default=None)

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from llmbt_ir.geometry import IDENTITY_QUAT, Pose, Vec3
+from llmbt_ir.geometry import IDENTITY_QUAT, Pose, Quat, Vec3
 from llmbt_ir.scene import Body, Scene
 from llmbt_runtime.bullet.bodies import BodyState, extent_of
 from llmbt_runtime.bullet.client import BulletClient
@@ -154,10 +154,20 @@ class Bench:
                     forces.setdefault(name, [0.0, 0.0])[side] += contact[9]
         return {name: (f[0], f[1]) for name, f in forces.items()}
 
+    def felt_n(self) -> tuple[float, float]:
+        """The force in newtons that each finger feels, whatever presses on it."""
+        forces = list(self._finger_forces().values())
+        return sum(f[0] for f in forces), sum(f[1] for f in forces)
+
+    @property
+    def touching(self) -> bool:
+        """Whether a finger feels anything at all."""
+        return bool(self._finger_forces())
+
     @property
     def gripping(self) -> bool:
         """Whether both fingers press on something now, by what they feel."""
-        return any(min(both) > _GRASP_FORCE_N for both in self._finger_forces().values())
+        return min(self.felt_n()) > _GRASP_FORCE_N
 
     def state(self, id_: str) -> BodyState:
         """The state of a body now."""
@@ -178,6 +188,19 @@ class Bench:
         """Where the tip is, in the world."""
         x, y, z = self.client.getLinkState(self.panda.body, self.panda.joints.tip, computeForwardKinematics=1)[4]
         return x, y, z
+
+    def _tip(self) -> tuple[Vec3, Quat]:
+        xyz, quat = self.client.getLinkState(self.panda.body, self.panda.joints.tip, computeForwardKinematics=1)[4:6]
+        return xyz, quat
+
+    def to_tip(self, pose: Pose) -> Pose:
+        """A pose of the world in the frame of the tip; the fingers close along its y."""
+        back = self.client.invertTransform(*self._tip())
+        return Pose(*self.client.multiplyTransforms(*back, pose.xyz_m, pose.quat_xyzw))
+
+    def from_tip(self, pose: Pose) -> Pose:
+        """A pose in the frame of the tip, in the world."""
+        return Pose(*self.client.multiplyTransforms(*self._tip(), pose.xyz_m, pose.quat_xyzw))
 
     def _sense(self, grasped: str | None) -> Sensed:
         states = {id_: self.state(id_) for id_ in self.in_play}

@@ -9,7 +9,18 @@ from dataclasses import dataclass
 from llmbt_ir.geometry import Pose, Quat, Vec3, quat_from_yaw
 from llmbt_ir.scene import Body
 
-__all__ = ["AT_REST_M_S", "Axes", "BodyState", "Extent", "any_moved", "at_rest", "extent_of", "lying_at", "overlap"]
+__all__ = [
+    "AT_REST_M_S",
+    "Axes",
+    "BodyState",
+    "Extent",
+    "any_moved",
+    "at_rest",
+    "extent_of",
+    "lying_at",
+    "overlap",
+    "state_at",
+]
 
 AT_REST_M_S = 0.01
 AT_REST_RAD_S = 0.3
@@ -99,6 +110,17 @@ def extent_of(body: Body, xyz: Vec3, axes: Axes) -> Extent:
     else:
         half = _triple([(abs(r[0]) * sx + abs(r[1]) * sy + abs(r[2]) * sz) / 2 for r in axes])
     return Extent(xyz, half)
+
+
+def state_at(body: Body, pose: Pose, speed: float = 0.0) -> BodyState:
+    """A body at a pose."""
+    x, y, z, w = pose.quat_xyzw
+    axes = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return BodyState(pose.xyz_m, pose.quat_xyzw, axes, speed, 0.0, extent_of(body, pose.xyz_m, axes))
 
 
 def at_rest(body: Body, xyz: Vec3, axes: Axes) -> BodyState:

@@ -48,6 +48,8 @@ def post_of(action: ActionCall) -> tuple[Condition, ...]:
             return (Condition("Free", (slot,)), Condition("On", (o, region)), Condition("HandEmpty"))
         case "release", (_,):
             return (Condition("HandEmpty"),)
+        case "look", (_, _):
+            return ()
         case "recover", (o, region):
             return (Condition("On", (o, region)), Condition("Near", (region,)), Condition("HandEmpty"))
         case _:

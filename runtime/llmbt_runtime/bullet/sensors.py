@@ -23,6 +23,10 @@ class BulletSensors:
         self._eyes = DepthCameras(scene)
         self.cameras = cameras_of(scene)
 
+    def seed(self, seed: int) -> None:
+        """Draw the noise anew."""
+        self._rng = np.random.default_rng(seed)
+
     def _snapshot(self) -> Snapshot:
         bench = self._bench
         return Snapshot(bench.panda.all_joints(), {id_: s.pose for id_, s in bench.sensed.states.items()})

@@ -5,7 +5,7 @@ contact phase; arm and base then brake on their paths. Every skill starts from w
 
 Reasons: not_holding, not_approachable, moved_since_seen, missed, not_lifted, ik_unreachable, tracking_error,
 spot_occupied, blocked, no_free_buffer, dropped_on_the_way, unstable_after_release, held_askew,
-hand_not_empty, not_let_go, unknown_object, no_plan, no_path.
+hand_not_empty, not_let_go, unknown_object, no_plan, no_path, not_seen.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from llmbt_ir.condition import ActionCall
 from llmbt_runtime.bullet.arm import Skill, SkillError
 from llmbt_runtime.bullet.driving import Driver
 from llmbt_runtime.bullet.handling import Hand
+from llmbt_runtime.bullet.looking import Searcher
 
 __all__ = ["Skill", "SkillError", "Skills"]
 
@@ -26,6 +27,7 @@ class Skills:
 
     hand: Hand
     driver: Driver
+    searcher: Searcher
 
     def skill(self, action: ActionCall) -> Skill:
         """The skill for an action of a library. ValueError where there is none."""
@@ -48,6 +50,8 @@ class Skills:
                 return self.recover(o, region)
             case "navigate", (p,):
                 return self.driver.navigate(p)
+            case "look", (o, _):
+                return self.searcher.look_for(o)
             case "clear_way", (b, p):
                 return self.clear_way(b, p)
             case _:

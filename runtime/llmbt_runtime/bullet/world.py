@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,16 +23,27 @@ from llmbt_runtime.bullet.driving import Driver
 from llmbt_runtime.bullet.handling import Hand
 from llmbt_runtime.bullet.interventions import Interventions
 from llmbt_runtime.bullet.judging import Judge
+from llmbt_runtime.bullet.looking import Searcher
 from llmbt_runtime.bullet.reporting import Reporter, post_of
 from llmbt_runtime.bullet.restore import Memory
+from llmbt_runtime.bullet.seen import Seen
 from llmbt_runtime.bullet.sensors import BulletSensors
 from llmbt_runtime.bullet.skills import Skills
 from llmbt_runtime.bullet.stage import Stage
 from llmbt_runtime.bullet.terrain import Terrain
 from llmbt_runtime.disturbance import DisturbanceSpec
+from llmbt_runtime.perception.eyes import Eyes, Recognise
 from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status, WorldLostError
 
-__all__ = ["BulletWorld"]
+__all__ = ["BulletWorld", "Perception"]
+
+
+@dataclass(frozen=True, slots=True)
+class Perception:
+    """How a robot comes to know what is where: by recognising what its cameras see, with errors in depth."""
+
+    recognise: Recognise
+    noise_m: float = 0.0015
 
 
 @contextmanager
@@ -50,6 +62,7 @@ def _nobody(_: BulletWorld) -> None:
 class BulletWorld:
     """A scene in pybullet with its robot. The same scene, seed and calls give the same run, bit for bit.
 
+    With `perception`, the tree's conditions and the skills go by what the robot sees and feels; without, by the truth.
     `watch` is called after every tick, to look.
     """
 
@@ -59,32 +72,44 @@ class BulletWorld:
         seed: int = 0,
         disturbances: tuple[DisturbanceSpec, ...] = (),
         goals: tuple[Condition, ...] = (),
+        perception: Perception | None = None,
     ) -> None:
         self._stage = Stage(scene)
         self._bench = Bench(scene)
+        self._perception = perception
         self._approach = Approach(self._stage)
         terrain = self.terrain = Terrain(self._stage, self._approach, self._bench.kinds)
         judge = self._judge = Judge(self._approach, terrain)
         base = BaseConditions(terrain)
         self._conditions = Conditions(self._stage, self._bench.kinds, judge, base)
         self._reporter = Reporter(scene.with_containers)
-        self._arm = Arm(self._stage, self._bench, self._approach)
+        self._sensors: BulletSensors | None = None
+        self._seen: Seen | None = None
+        self._beliefs = self._conditions
+        if perception is not None:
+            judge, base = Judge(self._approach, terrain), BaseConditions(terrain)
+            self._sensors = self.sensors(perception.noise_m, np.random.default_rng(seed))
+            eyes = Eyes(self._sensors, perception.recognise, lambda: self._stage.scene)
+            self._seen = Seen(self._bench, self._stage, eyes)
+            self._beliefs = Conditions(self._stage, self._bench.kinds, judge, base)
+        self._arm = Arm(self._stage, self._seen or self._bench, self._approach)
         hand = Hand(self._arm, self._approach, self._reporter, lambda: self._reading.settled)
         driver = Driver(self._arm, terrain, judge, base, self._reporter)
-        self._skills = Skills(hand, driver)
+        self._skills = Skills(hand, driver, Searcher(self._arm, driver, self._seen))
         self._start: Reading = self._conditions.read(self._bench.sensed)
         self._reporter.report(self._start.settled)
         self._bench.remember()
         self._bench.restore()
         self._memory = Memory(
-            self._stage, terrain, judge, base, self._conditions, self._reporter, self._arm, hand, driver
+            *(self._stage, terrain, self._judge, self._conditions.base, self._conditions),
+            *(judge, base, self._beliefs, self._reporter, self._arm, hand, driver),
         )
         self.watch: Callable[[BulletWorld], None] = _nobody
         self._begin(seed, disturbances, goals)
 
     def _begin(self, seed: int, disturbances: tuple[DisturbanceSpec, ...], goals: tuple[Condition, ...]) -> None:
         self.goals = goals
-        self._reading = self._start
+        self._truth = self._reading = self._start
         self._skill: Skill | None = None
         self._action: ActionCall | None = None
         self._outcome: ActionReport | None = None
@@ -93,6 +118,17 @@ class BulletWorld:
         here = Interventions(self._stage, self._bench, self._approach, self._judge, self.terrain, goals, rng)
         self._disturber = Disturber(here, rng)
         self._disturber.plan(disturbances)
+        if self._seen is not None and self._sensors is not None:
+            self._sensors.seed(seed)
+            self._seen.begin()
+            self._reading = self._believed(self._seen)
+            self._reporter.report(self._reading.settled)
+
+    def _believed(self, seen: Seen) -> Reading:
+        """What the tree is told: what is unseen is said to be, nothing is at rest while something may have moved."""
+        found = self._beliefs.read(seen.sensed)
+        unseen = frozenset(Condition("Unseen", (id_,)) for id_ in seen.eyes.unseen)
+        return Reading(found.strict | unseen, found.settled | unseen, found.at_rest and not seen.restless)
 
     def reset(
         self,
@@ -128,7 +164,7 @@ class BulletWorld:
 
     def truth(self) -> Facts:
         """The facts by the physics of this tick alone."""
-        return self._reading.strict
+        return self._truth.strict
 
     @property
     def at_rest(self) -> bool:
@@ -186,14 +222,19 @@ class BulletWorld:
         except SkillError as fault:
             self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
             if fault.denies is not None:
-                self._conditions.deny(fault.denies, self._bench.sensed)
+                self._beliefs.deny(fault.denies, (self._seen or self._bench).sensed)
         if self._outcome is not None:
             self._skill = None
+            if self._seen is not None:
+                self._reading = self._believed(self._seen)
 
     def advance(self) -> ActionReport:
         """Go on by one tick of 24 physics steps."""
         with _or_lost():
-            self._reading = self._conditions.read(self._bench.tick())
+            self._truth = self._reading = self._conditions.read(self._bench.tick())
+            if self._seen is not None:
+                self._seen.step(in_contact=self._reporter.in_contact)
+                self._reading = self._believed(self._seen)
             self._resume()
             report = self._report()
             self._disturber.step(self._moment(report))
@@ -204,10 +245,10 @@ class BulletWorld:
         held = self._bench.sensed.held
         ended = self._action if report.status is Status.SUCCESS else None
         return Moment(
-            facts=self._reading.strict,
+            facts=self._truth.strict,
             action=self._action if self._skill is not None else None,
             in_contact=self._reporter.in_contact,
-            at_rest=self._reading.at_rest,
+            at_rest=self._truth.at_rest,
             held=held,
             transfer=self._arm.share() if held is not None and self._arm.transferring == held else None,
             ended=ended.name if ended is not None else None,
@@ -263,6 +304,8 @@ class BulletWorld:
         return tuple(self._disturber.log)
 
     def close(self) -> None:
-        """Disconnect from both servers."""
+        """Disconnect from all servers."""
+        if self._sensors is not None:
+            self._sensors.close()
         self._bench.close()
         self._approach.close()

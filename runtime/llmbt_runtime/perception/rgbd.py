@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from llmbt_ir.capture import PointCloud
 from llmbt_ir.scene import Camera
 
-__all__ = ["RgbdImage", "cloud_of", "noisy", "project"]
+__all__ = ["RgbdImage", "cloud_of", "noisy", "points_of", "project"]
 
 Array = NDArray[np.float64]
 
@@ -42,16 +42,22 @@ def _tangents(camera: Camera, width: int, height: int) -> tuple[float, float]:
 
 
 def cloud_of(image: RgbdImage) -> PointCloud:
-    """The points of an image, in the world. A pixel's ray goes through its centre, half a pixel from its corner."""
+    """The points of an image, in the world."""
+    v, u = np.nonzero(np.isfinite(image.depth_m))
+    return PointCloud(points_of(image, u, v), image.rgb[v, u].astype(np.float64) / 255)
+
+
+def points_of(image: RgbdImage, u: NDArray[np.int64], v: NDArray[np.int64]) -> Array:
+    """What some pixels show (columns and rows, N each; the points N x 3, world). A pixel's ray goes through its centre,
+    half a pixel from its corner."""
     height, width = image.depth_m.shape
     across, up = _tangents(image.camera, width, height)
     x = ((np.arange(width) + 0.5) / width * 2 - 1) * across
     y = (1 - (np.arange(height) + 0.5) / height * 2) * up
-    v, u = np.nonzero(np.isfinite(image.depth_m))
     depth = image.depth_m[v, u]
-    rays = np.column_stack([x[u], y[v], np.ones(len(u))])
-    xyz = (rays * depth[:, None]) @ _axes(image.camera) + np.asarray(image.camera.eye_m)
-    return PointCloud(xyz, image.rgb[v, u].astype(np.float64) / 255)
+    right, above, ahead = _axes(image.camera)
+    along_x, along_y = (x[u] * depth)[:, None], (y[v] * depth)[:, None]
+    return np.asarray(along_x * right + along_y * above + depth[:, None] * ahead + np.asarray(image.camera.eye_m))
 
 
 def project(camera: Camera, xyz_m: Array, width: int, height: int) -> tuple[NDArray[np.int64], Array]:
