@@ -85,7 +85,7 @@ def _grid(lines: Sequence[Line], world: str) -> Table:
         tuple(rows),
         (
             "Success: the case's condition holds by the truth, at rest; the method's own verdict does not count. In "
-            "the world of facts only scenarios in which the disturbance comes about on the way of the undisturbed plan. "
+            "the world of facts only scenarios whose disturbance comes about on the way of the undisturbed plan. "
             + "; ".join(f"{c}: {CELLS[c]}" for c in cells)
             + ".",
             _TIE,
