@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from llmbt_atl.library import Library
-from llmbt_compiler.keywords.labels import KeywordSpan, Kind
+from llmbt_compiler.keywords.labels import KeywordSpan, Kind, Reading
 from llmbt_compiler.parsing import Extent, Goal, LabelledStep, Note, NoteKind, ParseResult, parse, say
 from llmbt_compiler.reasoning.chat import Completion, Reply, Settings, Transport
 from llmbt_compiler.reasoning.dialogue import converse
@@ -146,9 +146,16 @@ def _reason(prompt: Prompt, context: Context) -> Reply:
 
 
 def _keywords(steps: Steps, context: Context) -> tuple[LabelledStep, ...]:
-    from llmbt_compiler.keywords.tagger import load_tagger
+    from llmbt_compiler.keywords.tagger import UnknownTaggerError, load_tagger
+    from llmbt_compiler.keywords.weights import WeightsError
 
-    tagged = load_tagger(context.tagger).tag([s.text for s in steps.steps])
+    try:
+        tagger = load_tagger(context.tagger)
+    except UnknownTaggerError as fault:
+        raise LlmbtError(Diagnostic("E201", str(fault)), exit_code=ExitCode.USAGE) from None
+    except WeightsError as fault:
+        raise LlmbtError(Diagnostic("E204", str(fault))) from None
+    tagged = tagger.tag([s.text for s in steps.steps])
     return tuple(
         LabelledStep.of(s.number, t, Extent(s.start, s.end), s.runs) for s, t in zip(steps.steps, tagged, strict=True)
     )
@@ -222,6 +229,7 @@ def _write_keywords(steps: tuple[LabelledStep, ...], _: Context) -> bytes:
                     "number": s.number,
                     "text": s.text,
                     "confidence": round(s.certainty, 4),
+                    "probability": s.readings[0].probability if s.readings else 1.0,
                     "reply": [s.reply.start, s.reply.end] if s.reply else None,
                     "spans": [
                         {
@@ -232,6 +240,10 @@ def _write_keywords(steps: tuple[LabelledStep, ...], _: Context) -> bytes:
                             "confidence": round(k.confidence, 4),
                         }
                         for k in s.spans
+                    ],
+                    "readings": [
+                        {"probability": r.probability, "spans": [[k.start, k.end, k.label.value] for k in r.spans]}
+                        for r in s.readings[1:]
                     ],
                 }
                 for s in steps
@@ -251,8 +263,23 @@ def _read_keywords(data: Mapping[str, Any]) -> tuple[LabelledStep, ...]:
             ),
             float(s["confidence"]),
             Extent(*s["reply"]) if s.get("reply") else None,
+            readings=_read_readings(s),
         )
         for s in data["steps"]
+    )
+
+
+def _read_readings(step: Mapping[str, Any]) -> tuple[Reading, ...]:
+    """The likeliest ways to label a step, the one that its `spans` are first; none where the file has no others."""
+    others = [(float(r["probability"]), r["spans"]) for r in step.get("readings", ())]
+    if not others:
+        return ()
+    text = str(step["text"])
+    first = [(int(k["start"]), int(k["end"]), str(k["label"])) for k in step["spans"]]
+    told = [(float(step["probability"]), first), *others]
+    return tuple(
+        Reading(tuple(KeywordSpan(int(a), int(b), Kind(label), text[int(a) : int(b)]) for a, b, label in spans), p)
+        for p, spans in told
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from llmbt_compiler.keywords.evaluate import Example
-from llmbt_compiler.keywords.tagger import MODEL, NumpyTagger
+from llmbt_compiler.keywords.tagger import MODEL, OnnxTagger
 
 torch = pytest.importorskip("torch")
 
@@ -41,7 +41,7 @@ def test_a_short_run_repeats_and_an_interrupted_one_goes_on(tmp_path: Path, dev:
     assert parts.losses == pytest.approx(whole.losses, rel=1e-4)
 
     texts = [e.text for e in dev[:30]]
-    a, b = (NumpyTagger(tmp_path / name).tag(texts) for name in ("whole", "parts"))
+    a, b = (OnnxTagger(tmp_path / name).tag(texts) for name in ("whole", "parts"))
     assert [[w.label for w in s.words] for s in a] == [[w.label for w in s.words] for s in b]
 
 

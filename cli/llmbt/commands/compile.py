@@ -21,7 +21,9 @@ def compile_options(command: Callable[..., Any]) -> Callable[..., Any]:
     path = click.Path(path_type=Path)
     for option in (
         click.option("--partial", is_flag=True, help="Leave out steps below the tagger's confidence threshold."),
-        click.option("--tagger", default="default", show_default=True, help="default or torch (the reference)."),
+        click.option(
+            "--tagger", default="default", show_default=True, help="default, torch (the reference), or a folder."
+        ),
         click.option("--answer", "answers", multiple=True, help="Answer the question asked back; may be repeated."),
         click.option("--replace", is_flag=True, help="With --record: ask anew what the recording has already."),
         click.option("--model", default="", help="The model to record from."),

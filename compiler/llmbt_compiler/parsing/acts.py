@@ -157,6 +157,17 @@ class Acting(Grounding):
         for phrase in above:  # "hold it above position 21"
             self.carry_to(phrase)
 
+    def change(self, clause: Clause, template: Template, group: Group, excluded: tuple[Phrase, ...]) -> None:
+        """A target is made what the template's Post says, wherever it is."""
+        target = template.param(Role.TARGET)
+        assert target is not None
+        pattern = _goal_pattern(template, self.scene.library, {target.name})
+        assert pattern is not None
+        found = self.objects(clause, group, (*group.locations, *group.destinations), excluded, picking=False)
+        for i in found.ids:
+            self.fit(i, target.type, clause.extent)
+            self.ledger.add(Entry(pattern.bind({target.name: i}), self.now, extent_of(clause, group)))
+
     def clear(
         self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
     ) -> None:

@@ -177,10 +177,11 @@ class Grounding:
 
     def narrowed(self, phrase: Phrase, talk: Talk, at: tuple[str, ...], picking: bool) -> Found | Fault:
         """A phrase's objects; where unlabelled words after it say a place ("everything on the shelf"), those there."""
-        place = self.trailing(phrase) if phrase.trail and not at else None
+        place, words = self.trailing(phrase) if phrase.trail and not at else (None, ())
         if place is not None:
             found = resolve_objects(phrase.parts, self.scene, talk, at=(place,), picking=picking)
             if isinstance(found, Found):
+                self.use(*words)
                 return found
         return resolve_objects(phrase.parts, self.scene, talk, at=at, picking=picking)
 
@@ -215,14 +216,13 @@ class Grounding:
             tuple(dict.fromkeys((*found.ids, *aside)))[:6],
         )
 
-    def trailing(self, phrase: Phrase) -> str | None:
-        """The place after "on" that follows a phrase unlabelled, if the words name one exactly."""
+    def trailing(self, phrase: Phrase) -> tuple[str | None, tuple[Token, ...]]:
+        """The place after "on" that follows a phrase unlabelled, if the words name one exactly; and the words."""
         for length in range(len(phrase.trail), 0, -1):
             found = resolve_places(phrase.trail[:length], self.scene, self.talk())
             if isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:
-                self.use(*phrase.trail[:length])
-                return found.ids[0]
-        return None
+                return found.ids[0], phrase.trail[:length]
+        return None, ()
 
     def sure(self, group: Group) -> tuple[str, ...]:
         """The targets, if the words alone name them and no group of them."""
@@ -299,6 +299,15 @@ class Grounding:
         found = resolve_objects(clause.exception[:1], self.scene, self.talk())
         raise self.fault(found) if isinstance(found, Fault) else Stop
 
+    def either(self, phrase: Phrase) -> None:
+        """E304 where a phrase is told as one of several ("object 1 or object 2"): which one is not ours to say."""
+        inside = any(t.text == "or" for t in phrase.parts)
+        if not inside and phrase.preposition != "or":
+            return
+        words = phrase.extent.cut(self.now.text)
+        self.complain("E304", f"`{words}` or another?", phrase.extent, "which?", "say which one")
+        raise Stop
+
     def objects(
         self,
         clause: Clause,
@@ -320,6 +329,7 @@ class Grounding:
         at_ids = self.from_where(group, locations)
         found: list[Found] = []
         for phrase in group.targets:
+            self.either(phrase)
             one = self.one_target(phrase, at_ids, picking, found)
             found.append(one)
         ids = tuple(dict.fromkeys(i for f in found for i in f.ids))
@@ -337,6 +347,7 @@ class Grounding:
 
     def where_to(self, phrase: Phrase, container: Phrase | None = None) -> Found:
         """The places of a destination; what follows it ("on shelf level 1") has to agree."""
+        self.either(phrase)
         if phrase.relation:
             self.relation(phrase)
         parts = phrase.parts

@@ -114,6 +114,12 @@ class Ledger:
         if all(e.condition != entry.condition for e in self.goals):
             self.goals.append(entry)
 
+    def add(self, entry: Entry) -> None:
+        """Something becomes so, and stays so wherever things go."""
+        self.acts += 1
+        if all(e.condition != entry.condition for e in self.goals):
+            self.goals.append(entry)
+
     def take(self, entry: Entry) -> None:
         """An object is picked up."""
         assert entry.target is not None

@@ -26,7 +26,7 @@ from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
-from llmbt_compiler.parsing.weigh import Trial, weigh
+from llmbt_compiler.parsing.weigh import Trial, shares, weigh
 from llmbt_compiler.parsing.words import lexicon, tokens
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Severity, nearest
@@ -49,14 +49,16 @@ def parse(
     threshold: float = THRESHOLD,
     partial: bool = False,
     source: str = "steps.json",
+    snap: bool = True,
 ) -> ParseResult:
     """Goals from labelled steps, in the order of the steps; every complaint at once.
 
-    `partial`: a step below the threshold is left out with a warning instead of an error. Diagnostics
-    E301-E312 and W320-W322 (docs/parsing.md), their spans with the step's number as the line and columns
-    counted from 1.
+    `partial`: a step below the threshold is left out with a warning instead of an error. `snap`: keywords are brought
+    to the names of the map (slips of the pen, names that a keyword cuts, of several readings the one that the map bears
+    out); without it they are taken as the tagger gives them. Diagnostics E301-E314 and W320-W321 (docs/parsing.md),
+    their spans with the step's number as the line and columns counted from 1.
     """
-    walker = _Walker(Scene(semantic_map, library), source, threshold=threshold, partial=partial)
+    walker = _Walker(Scene(semantic_map, library, snap), source, threshold=threshold, partial=partial)
     listed = tuple(steps)
     walker.named = walker.destinations(listed)
     for step in listed:
@@ -86,7 +88,7 @@ class _Walker(Acting):
 
     def after(self, step: LabelledStep) -> _Walker:
         """The walker after a step: of the ways to read it, the one that the probabilities and the map bear out."""
-        if len(step.readings) < 2 or len(step.text) > _LONGEST:
+        if len(step.readings) < 2 or len(step.text) > _LONGEST or not self.scene.snap:
             self.step(step)
             return self
         trials: list[Trial[_Walker]] = []
@@ -99,7 +101,7 @@ class _Walker(Acting):
         chosen = weigh(trials, self.ledger.standing(), self.threshold)
         if chosen is None:
             self.now = step
-            self.unsure(step)
+            self.unsure(step, trials)
             return self
         if chosen is not trials[0]:
             chosen.value.note(NoteKind.CORRECTED, "the step is read as the map has it", Extent(0, len(step.text)))
@@ -150,19 +152,32 @@ class _Walker(Acting):
             isinstance(resolve_places(p, self.scene, quiet), Found) for p in pairs
         )
 
-    def unsure(self, step: LabelledStep) -> None:
-        """E306: the words and what they may be."""
+    def newly(self, other: _Walker) -> str:
+        """The goals that another walker has and this one has not."""
+        known = {e.condition for e in self.ledger.goals}
+        return ", ".join(str(e.condition) for e in other.ledger.goals if e.condition not in known) or "nothing"
+
+    def unsure(self, step: LabelledStep, trials: Sequence[Trial[_Walker]] = ()) -> None:
+        """E306: the words, and what they may come to."""
+        if not step.spans:
+            self.complain("E306", f"step {step.number} is not understood", Extent(0, len(step.text)), "do what?")
+            return
         worst = min(step.spans, key=lambda s: s.confidence)
         names = [e.id for e in (*self.scene.objects, *self.scene.places)]
         vocabulary = self.scene.library.verbs if worst.label == "Action" else names
         near = nearest(worst.text[:60], vocabulary)
         read = "; ".join(f"{s.label}: {s.text[:60]}" for s in step.spans[:8])
+        label = f"{step.certainty:.2f} is below {self.threshold:.2f}; read as {read}"
+        if trials:
+            shared = shares(trials, self.newly)
+            read = "; ".join(f"{words} ({p:.2f})" for words, p in shared[:3])
+            label = f"{shared[0][1]:.2f} is not enough; read as {read}"
         hint = f"nearest: {', '.join(near)}; " if near else ""
         self.complain(
             "E306",
             f"step {step.number} is not understood with enough certainty",
             Extent(worst.start, worst.end),
-            f"{step.certainty:.2f} is below {self.threshold:.2f}; read as {read}",
+            label,
             hint + ("the step is left out" if self.partial else "say it in simpler words"),
             candidates=near,
             severity=Severity.WARNING if self.partial else Severity.ERROR,
@@ -372,6 +387,8 @@ class _Walker(Acting):
             self.clear(clause, templates, group, excluded)
         elif shape is Shape.PLACE:
             self.bring(clause, templates, group, excluded)
+        elif shape is Shape.CHANGE:
+            self.change(clause, templates[0], group, excluded)
         else:
             self.unknown_action(clause, Verb(clause.action, clause.action))
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-__all__ = ["Trial", "weigh"]
+__all__ = ["Trial", "shares", "weigh"]
 
 V = TypeVar("V")
 
@@ -25,6 +25,15 @@ class Trial(Generic[V]):
     probability: float
     clean: bool
     outcome: Hashable
+
+
+def shares(trials: Sequence[Trial[V]], words: Callable[[V], str]) -> list[tuple[str, float]]:
+    """What the readings come to, in words, with the probabilities of those that say the same together; most first."""
+    found: dict[str, float] = {}
+    for t in trials:
+        told = words(t.value) if t.clean else "what the map does not bear out"
+        found[told] = found.get(told, 0.0) + t.probability
+    return sorted(found.items(), key=lambda item: -item[1])
 
 
 def weigh(trials: Sequence[Trial[V]], before: Hashable, threshold: float) -> Trial[V] | None:
