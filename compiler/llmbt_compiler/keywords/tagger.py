@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from llmbt_compiler.keywords.decoding import best_path, best_paths, log_softmax, marginals
+from llmbt_compiler.keywords.decoding import best_path, best_paths, certain_path, log_softmax, marginals
 from llmbt_compiler.keywords.labels import LABELS, Label, Reading, TaggedStep, Word, decode, split
 from llmbt_compiler.keywords.pieces import Window, WordPiece, read_vocabulary, windows
 from llmbt_compiler.keywords.weights import read_weights
@@ -33,7 +33,7 @@ MODEL = Path(__file__).parent / "model"
 _BATCH = 16
 _READINGS = 12
 _CERTAIN = 0.97
-"""A step all of whose words are at least this sure has one reading."""
+"""A step all of whose words are at least this sure has one reading, and the model's own probabilities."""
 _LONG = 400
 """Words; a longer step has one reading."""
 
@@ -132,7 +132,8 @@ def _labelled(text: str, words: tuple[Word, ...], logits: NDArray[np.float32]) -
     if not words:
         return TaggedStep(text, (), ())
     log_p = log_softmax(logits)
-    p = marginals(log_p)
+    plain = certain_path(log_p, _CERTAIN)
+    p = np.exp(log_p) if plain is not None else marginals(log_p)
 
     def with_labels(labels: Sequence[Label]) -> tuple[Word, ...]:
         return tuple(
@@ -140,9 +141,9 @@ def _labelled(text: str, words: tuple[Word, ...], logits: NDArray[np.float32]) -
             for i, (w, label) in enumerate(zip(words, labels, strict=True))
         )
 
-    best = with_labels(best_path(log_p))
+    best = with_labels(plain or best_path(log_p))
     spans = decode(text, best)
-    if len(words) > _LONG or min(w.confidence for w in best) >= _CERTAIN:
+    if plain is not None or len(words) > _LONG or min(w.confidence for w in best) >= _CERTAIN:
         return TaggedStep(text, best, spans, (Reading(spans, 1.0),))
     likeliest = best_paths(log_p, _READINGS)
     readings = (Reading(decode(text, with_labels(labels)), round(probability, 4)) for labels, probability in likeliest)
