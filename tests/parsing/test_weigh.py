@@ -25,7 +25,8 @@ def trials(*told: tuple[str, float, bool]) -> list[Trial[str]]:
         ([("a", 0.35, True), ("b", 0.3, True), ("b", 0.3, True)], None),  # the rival is too strong
         ([("a", 0.2, True), ("b", 0.55, True)], "b#1"),
         ([("a", 0.45, True), ("b", 0.4, True)], None),
-        ([("a", 0.4, True), ("b", 0.3, False)], None),  # not sure enough
+        ([("a", 0.4, True), ("b", 0.3, False)], "a#0"),  # nothing else makes sense
+        ([("a", 0.3, True), ("b", 0.3, False)], None),  # not sure enough
         ([("a", 0.6, False), ("b", 0.35, True)], "b#1"),  # only this one makes sense on the map
         ([("a", 0.6, False), ("b", 0.1, True)], "a#0"),  # too weak: the complaint stands
         ([("a", 0.6, False), ("b", 0.3, True), ("c", 0.1, True)], "a#0"),  # two that make sense

@@ -49,7 +49,10 @@ class Acting(Placing):
 
     def carry_to(self, phrase: Phrase) -> None:
         """With something in the hand, a way to a place tells where it is going."""
-        place = self.quiet_place(phrase)
+        outer = self.agreeing(phrase) if phrase.trail or phrase.aside else ()
+        place = self.quiet_place(
+            replace(phrase, parts=outer) if outer and self.quiet_place(phrase) == ANYWHERE else phrase
+        )
         if place is not None and place not in {ANYWHERE, ORIGIN} and not phrase.about("home"):
             self.place = (place, self.turn)
             if self.ledger.pending:

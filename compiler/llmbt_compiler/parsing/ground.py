@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import dropwhile
+from itertools import dropwhile, pairwise
 
 from llmbt_atl.template import Role, Template
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
@@ -168,6 +168,9 @@ class Grounding:
         elif aside and isinstance(found, Fault) and found.code == "E304":
             common = tuple(i for i in found.candidates if i in aside)
             found = Found(common) if len(common) == 1 or common == aside else found
+        pointing = len(phrase.parts) == 1 and lexicon().is_(phrase.parts[0].text, "pronouns", "plural_pronouns")
+        if isinstance(found, Fault) and pointing and before:  # "object 1: pick it up"
+            found = before[-1]
         if isinstance(found, Fault) and phrase.apposed and before and set(before[-1].ids) <= set(found.candidates):
             found = before[-1]
         if isinstance(found, Fault):
@@ -299,6 +302,18 @@ class Grounding:
         found = resolve_objects(clause.exception[:1], self.scene, self.talk())
         raise self.fault(found) if isinstance(found, Fault) else Stop
 
+    def told_once(self, targets: tuple[Phrase, ...]) -> tuple[Phrase, ...]:
+        """Without those that a name right after them makes clear: "the second one, object 5"."""
+        gone = []
+        for phrase, name in pairwise(targets):
+            if not name.apposed or phrase.aside or not any(t.number for t in name.parts):
+                continue
+            vague = resolve_objects(phrase.parts, self.scene, self.talk())
+            ids = self.quiet(name)
+            if isinstance(vague, Fault) and vague.code == "E304" and ids and set(ids) <= set(vague.candidates):
+                gone.append(phrase)
+        return tuple(p for p in targets if p not in gone)
+
     def either(self, phrase: Phrase) -> None:
         """E304 where a phrase is told as one of several ("object 1 or object 2"): which one is not ours to say."""
         inside = any(t.text == "or" for t in phrase.parts)
@@ -328,7 +343,7 @@ class Grounding:
             raise Stop
         at_ids = self.from_where(group, locations)
         found: list[Found] = []
-        for phrase in group.targets:
+        for phrase in self.told_once(group.targets):
             self.either(phrase)
             one = self.one_target(phrase, at_ids, picking, found)
             found.append(one)

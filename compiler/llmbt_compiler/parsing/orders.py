@@ -199,7 +199,8 @@ class Ordering(Acting):
                 return
             things = replace(things, destinations=real)
         groups = clause.groups or (Group(),)
-        for group in groups:
+        for i, group in enumerate(groups):
+            self.following = i > 0
             kept = Group(*(tuple(p for p in ps if p in things.phrases and not p.excluded) for ps in _of(group)))
             excluded = tuple(p for p in group.targets if p.excluded)
             if len(groups) > 1 and not kept.phrases:

@@ -10,11 +10,13 @@ from typing import Self
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import Pattern, Role, Template
+from llmbt_compiler.keywords.labels import Kind
+from llmbt_compiler.parsing.beside import in_passing, mentions
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ground import Grounding, Open, Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, Note, NoteKind
-from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, exactly_named
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import natural
 from llmbt_compiler.parsing.verbs import Shape
@@ -35,6 +37,7 @@ class Placing(Grounding):
     container: str | None = None
     wanting: dict[tuple[str, ...], Diagnostic] = field(default_factory=dict)
     begin: str | None = None
+    following: bool = False  # another group of the same clause came before
 
     def fork(self) -> Self:
         """A second one that goes on from here by itself."""
@@ -62,6 +65,11 @@ class Placing(Grounding):
         if not destinations and placed_on and not self.all_there(targets, placed_on[-1]):
             destinations.append(placed_on[-1])
             locations.remove(placed_on[-1])
+        missed = self.missed(clause)
+        if missed is not None and not destinations:
+            destinations = [missed]
+        elif missed is not None and lex.is_(missed.preposition, "onto") and self.all_there(targets, destinations[-1]):
+            locations, destinations = [*locations, *destinations], [missed]  # "the crates on rack A to the pallet"
         container = self.outer(destinations, locations)
         ids, words = self.brought(clause, replace(group, locations=tuple(locations)), excluded)
         extent = extent_of(clause, group)
@@ -70,6 +78,31 @@ class Placing(Grounding):
         self.put(clause, templates, ids, places, extent)
         self.described = words or self.described
         self.last = tuple(t for t in templates if self.shape(t) is Shape.PLACE)
+
+    def missed(self, clause: Clause) -> Phrase | None:
+        """A place behind the clause's target that the tagger left unlabelled, told by a preposition and its name."""
+        targets = [p.extent.end for p in clause.phrases if p.kind is Kind.TARGET]
+        start = max(targets, default=clause.extent.end)
+        actions = (s.start for s in self.now.spans if s.label is Kind.ACTION and s.start > start)
+        parts = tokens(self.now.text, start, min(actions, default=len(self.now.text)))
+        found: list[Phrase] = []
+        for first, last in mentions(parts, self.scene):
+            name = tuple(t for t in parts if first.start <= t.start <= last.start)
+            lead = [t for t in parts if t.end <= first.start and not lexicon().is_(t.text, "articles")]
+            known = any(u.start < last.end and first.start < u.end for u in self.used)
+            if (
+                known
+                or not lead
+                or not lexicon().is_(lead[-1].text, "onto", "at")
+                or in_passing(parts, first, self.now, self.used)
+            ):
+                continue
+            if len(exactly_named(name, self.scene.places)) == 1:
+                found.append(Phrase(Kind.DESTINATION, name, Extent(first.start, last.end), lead[-1].text))
+        if len(found) != 1:
+            return None
+        self.use(*found[0].parts)
+        return found[0]
 
     def brought(
         self, clause: Clause, group: Group, excluded: tuple[Phrase, ...]
@@ -102,6 +135,11 @@ class Placing(Grounding):
             return (ORIGIN,)
         if self.place[0] is not None and self.place[1] == self.turn and self.as_well(clause):
             return (self.container or self.place[0],)
+        if self.following and self.place[0] is not None and self.place[1] == self.turn:
+            place = self.container or self.place[0]
+            if not self.scene.single(place):  # "the milk to the user, then the cookies"
+                self.note(NoteKind.INFERRED, f"{', '.join(ids)}: also to {place}", clause.extent)
+                return (place,)
         standing = [self.ledger.of(i) for i in ids]
         down = not {"aside", "away", "off", "out"}.intersection(clause.particles)
         if ids and down and all(standing) and not set(ids) & set(self.ledger.pending):  # "carry it to A, set it down"
