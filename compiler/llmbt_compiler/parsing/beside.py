@@ -79,7 +79,7 @@ def in_passing(parts: Sequence[Token], first: Token, step: LabelledStep, used: S
     opened = sum((t.text in {"(", "["}) - (t.text in {")", "]"}) for t in parts if t.start < first.start)
     if opened > 0:
         return True
-    ends = [s.end for s in (*step.spans, *used) if s.end <= first.start]
+    ends = [e for e in (*(s.end for s in step.spans), *(u.end for u in used)) if e <= first.start]
     before = [t for t in parts if max(ends, default=0) <= t.start < first.start]
     inner = bool(ends) and bool(before) and lex.is_(before[0].text, "inner")
     marks = any(t.text in _MARKS or lex.is_(t.text, "joints") for t in before)

@@ -33,6 +33,8 @@ __all__ = ["THRESHOLD", "parse"]
 
 THRESHOLD = 0.5
 """Steps that the tagger is less sure of become diagnostics."""
+_OFTEN = 3
+"""An object that is moved again so often is told of."""
 _MOST = 500
 _LONGEST = 10_000
 
@@ -51,7 +53,7 @@ def parse(
 
     `partial`: a step below the threshold is left out with a warning instead of an error. `snap`: keywords are brought
     to the names of the map (slips of the pen, names that a keyword cuts, of several readings the one that the map bears
-    out); without it they are taken as the tagger gives them. Diagnostics E301-E314 and W320-W321 (docs/parsing.md),
+    out); without it they are taken as the tagger gives them. Diagnostics E301-E314 and W320-W322 (docs/parsing.md),
     their spans with the step's number as the line and columns counted from 1.
     """
     walker = _Walker(Scene(semantic_map, library, snap), source, threshold=threshold, partial=partial)
@@ -192,6 +194,13 @@ class _Walker(Ordering):
                 candidates=(self.ledger.carried,) if self.ledger.carried else (),
                 step=entry.step,
             )
+        for entry in self.ledger.goals:
+            times = self.ledger.moved[str(entry.target)]
+            if times >= _OFTEN:
+                self.complain(
+                    "W322", f"{entry.target} is moved {times + 1} times", entry.extent, "only the last place stands",
+                    "is that what is meant?", severity=Severity.WARNING, step=entry.step,
+                )  # fmt: skip
         seen: dict[Condition, Entry] = {}
         for entry in self.ledger.goals:
             seen.setdefault(entry.condition, entry)
