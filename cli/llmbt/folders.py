@@ -10,8 +10,8 @@ from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span
 
 __all__ = ["fresh_folder"]
 
-OURS = ("map.xml", "library.xml", "result.json")
-"""What a run of ours leaves behind even where it ends early."""
+OURS = ("map.xml", "library.xml", "result.json", "plan.json", "capture.json")
+"""What a run or an experiment of ours leaves behind even where it ends early."""
 
 
 def fresh_folder(path: Path, *, force: bool) -> Path:

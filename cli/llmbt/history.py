@@ -82,6 +82,11 @@ class Run:
         """The words of the request, where it is known."""
         return str(self.stages[0].record.get("request") or self.reply.get("request") or "")
 
+    @property
+    def grew(self) -> bool:
+        """Whether its tree could grow: not where it was ticked as it stands (`execute --no-update`)."""
+        return self.result.get("update", self.stages[0].record.get("update", True)) is not False
+
     def stage(self, name: str) -> Stage:
         """A version by its name, as `v002` or `2`. E081 where there is none."""
         wanted = name if name.startswith("v") else f"v{name:0>3}"
@@ -173,7 +178,10 @@ class Link:
 
 def origin(run: Run, node: str) -> tuple[tuple[Link, ...], ...]:
     """The chains of the nodes that `node` names, by id, by the beginning of one, or by label (of several equal ones
-    in the newest version that has it, each). E083 where it names none."""
+    in the newest version that has it, each). E083 where it names none, or the tree did not grow."""
+    if not run.grew:
+        title = "the tree of this run was ticked as it stands: where a node is from, only its author can tell"
+        raise LlmbtError(Diagnostic("E083", title, Span(str(run.folder))))
     stage, ids = _find(run, node)
     return tuple(_chain(run, stage, id_) for id_ in ids)
 
@@ -241,9 +249,11 @@ def _link(run: Run, stage: Stage, id_: str) -> tuple[Stage, Link, str | None]:
 
 def _row_role(tree: Tree, id_: str) -> str:
     node = tree[id_]
-    leaf = "the action of a row" if node.kind is Kind.ACTION else "what has to hold in a row"
-    rows = "the rows, the one nearest the goals first," if node.kind is Kind.FALLBACK else "a row"
-    return f"{rows if node.children else leaf} of the chain that a plan was turned into"
+    goal = tree.nodes.get(id_.split(".", maxsplit=1)[0])
+    towards = f", on the way to {goal.condition}" if goal is not None and goal.condition is not None else ""
+    leaf = "the action of a row" if node.kind is Kind.ACTION else "what has to hold in a row or a group of rows"
+    rows = "rows, the one nearest the goals first," if node.kind is Kind.FALLBACK else "a row or a group of rows"
+    return f"{rows if node.children else leaf} of the chain that a plan was turned into{towards}"
 
 
 def _brought_by(run: Run, stage: Stage, id_: str) -> Stage:

@@ -30,7 +30,12 @@ def execution_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in (
         click.option("--picture", is_flag=True, help="Pictures of the scene: at the start, each update, the end."),
         click.option("--budget", type=click.IntRange(0), default=200_000, show_default=True, help="State expansions."),
-        click.option("--disturb", default="none", show_default=True, help="A disturbance's name, none, or random[:N]."),
+        click.option(
+            "--disturb",
+            default="none",
+            show_default=True,
+            help="Names joined by commas, none, random[:N], or an .xml file.",
+        ),
         click.option("--seed", type=int, default=0, show_default=True, envvar="LLMBT_SEED", help="Of all chance."),
         click.option(
             "--state",

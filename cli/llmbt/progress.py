@@ -20,6 +20,7 @@ STYLES = {
     "ended": ("", "  "),
     "update": ("bold cyan", "^ "),
     "disturbance": ("bold yellow", "! "),
+    "deviation": ("yellow", "~ "),
     "outcome": ("bold", "= "),
 }
 
@@ -30,10 +31,7 @@ class Progress:
     def __init__(self, *, quiet: bool) -> None:
         self._print: Callable[..., None] | None = None
         if not quiet:
-            from rich.console import Console
-
-            console = Console(file=sys.stderr, highlight=False, soft_wrap=True)
-            self._print = console.print
+            self._print = _styled() if sys.stderr.isatty() else _plain
 
     def stage(self, name: str, text: str) -> None:
         """A stage of the compiler has finished."""
@@ -58,6 +56,17 @@ class Progress:
         """Any other line."""
         if self._print is not None:
             self._print(text, markup=False)
+
+
+def _styled() -> Callable[..., None]:
+    from rich.console import Console
+
+    return Console(file=sys.stderr, highlight=False, soft_wrap=True).print
+
+
+def _plain(text: str, **_: object) -> None:
+    """A line of a log that nobody looks at in colour: without the import of what draws it."""
+    print(text, file=sys.stderr, flush=True)
 
 
 @contextmanager

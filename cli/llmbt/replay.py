@@ -1,7 +1,7 @@
 """A version of a run ticked again: the statuses of its nodes at each moment at which something began or ended.
 
-The facts are those that the version's record holds, and then what the templates say of each action that succeeded;
-what a disturbance changed is known from the record of the version that it led to.
+The facts are those that the version's record holds, and then what the templates say of each action that succeeded, and
+what was observed to be otherwise.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from llmbt.history import Run, Stage
+from llmbt.history import Event, Run, Stage
 from llmbt_atl.library import load_library
 from llmbt_atl.state import Domain, GroundAction, apply, domain_of
-from llmbt_ir.condition import Facts
+from llmbt_ir.condition import Facts, parse_condition
 from llmbt_ir.scene import load_scene
 from llmbt_ir.semantic_map import read_map
 from llmbt_ir.tree import Tree
@@ -64,8 +64,17 @@ def moments(stage: Stage, domain: Domain | None) -> Iterator[Moment]:
             ended = NodeStatus(result) if result in ("SUCCESS", "FAILURE") else None
             yield Moment(event.time_s, facts, None, (running, ended) if ended else None)
             running = None
+        elif event.kind == "deviation":
+            facts = (facts - _facts(event, "ended")) | _facts(event, "began")
+            seen = perceived(facts, _action(tree, running, there)) if running else facts
+            yield Moment(event.time_s, seen, running)
         elif event.kind == "outcome":
             yield Moment(event.time_s, facts)
+
+
+def _facts(event: Event, key: str) -> Facts:
+    """What an event says began or ended."""
+    return frozenset(c for t in event.details.get(key, ()) if (c := parse_condition(str(t))) is not None)
 
 
 def _action(tree: Tree, node: str, domain: Domain | None) -> GroundAction | None:

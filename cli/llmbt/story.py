@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from llmbt.history import Event, Link, Run, Stage
-from llmbt_ir.condition import parse_condition
+from llmbt_ir.condition import Condition, parse_condition
 from llmbt_ir.tree import Kind, Tree
 
 __all__ = ["link_lines", "log_document", "log_lines", "request_lines", "stage_lines", "why_document", "why_lines"]
@@ -36,7 +36,7 @@ def request_lines(run: Run) -> Iterator[str]:
     if run.result:
         known = (f"{k} {run.result[k]}" for k in ("scene", "world", "disturb", "seed") if run.result.get(k) is not None)
         yield f"run      {', '.join(known)}"
-    for goal in run.stages[0].file.provenance.goals:
+    for goal in run.stages[0].file.provenance.goals if run.grew else ():
         words = (
             f'   {goal.words.replace(": ", chr(58) + " " + chr(34), 1)}"' if ": " in goal.words else f"   {goal.words}"
         )
@@ -46,7 +46,9 @@ def request_lines(run: Run) -> Iterator[str]:
 def stage_lines(run: Run, stage: Stage, paint: Paint) -> Iterator[str]:
     """One version: when and why it was made, how, why it will work, and what happened then."""
     record, at = stage.record, run.stages.index(stage)
-    if record.get("parent") is None:
+    if not run.grew:
+        yield paint(f"{stage.name}  the tree as it was given, ticked as it stands", BOLD)
+    elif record.get("parent") is None:
         yield paint(f"{stage.name}  the goals alone, {_count(stage.tree)}", BOLD)
     else:
         when = f"tick {record.get('tick')}, {record.get('sim_time_s')} s"
@@ -57,7 +59,7 @@ def stage_lines(run: Run, stage: Stage, paint: Paint) -> Iterator[str]:
         yield from _why(record)
         yield from _steps(stage)
         yield from _certificate(stage)
-    for k, event in enumerate(_told(stage.events)):
+    for k, event in enumerate(_told(stage.events, _under_way(run, stage))):
         yield _row("then" if k == 0 else "", _event(event, paint))
 
 
@@ -128,20 +130,33 @@ def _purposes(tree: Tree) -> dict[str, str]:
     return found
 
 
-def _told(events: Sequence[Event]) -> Iterator[Event]:
-    """The events a reader needs: a start is told with its end."""
-    open_: Event | None = None
+def _under_way(run: Run, stage: Stage) -> Event | None:
+    """The start of the action that was running when a version was installed."""
+    running: Event | None = None
+    for earlier in run.stages[: run.stages.index(stage)]:
+        for event in earlier.events:
+            if event.kind in ("started", "ended"):
+                running = event if event.kind == "started" else None
+    return running
+
+
+def _told(events: Sequence[Event], running: Event | None) -> list[Event]:
+    """The events a reader needs, in their order: an action is told when it ends, with its start; one that goes on under
+    the next version when it starts."""
+    told: list[Event] = []
+    at: int | None = None
     for event in events:
         if event.kind == "started":
-            open_ = event
-        elif event.kind == "ended" and open_ is not None:
-            details = {**event.details, "since_s": open_.time_s}
-            yield Event("ended", event.time_s, event.text, details)
-            open_ = None
+            running, at = event, len(told)
+        elif event.kind == "ended" and running is not None:
+            details = {**event.details, "since_s": running.time_s}
+            told.append(Event("ended", event.time_s, event.text, details))
+            running, at = None, None
         else:
-            yield event
-    if open_ is not None:
-        yield open_
+            told.append(event)
+    if running is not None and at is not None:
+        told.insert(at, Event("goes on", running.time_s, running.text, running.details))
+    return told
 
 
 def _event(event: Event, paint: Paint) -> str:
@@ -153,7 +168,10 @@ def _event(event: Event, paint: Paint) -> str:
         return f"{when:<13} {paint(f'disturbance: {event.text}', YELLOW)}"
     if event.kind == "outcome":
         return f"{when:<13} {paint(event.text, GREEN if event.text == 'SUCCESS' else RED)}"
-    return f"{when:<13} {event.kind}: {event.text}"
+    if event.kind == "goes on":
+        return f"{when:<13} {event.text} began, and went on"
+    said = {"deviation": "observed"}.get(event.kind, event.kind)
+    return f"{when:<13} {said}: {event.text}"
 
 
 def log_lines(run: Run, stages: Sequence[Stage], paint: Paint, patch: Callable[[Stage], str] | None) -> Iterator[str]:
@@ -173,6 +191,7 @@ def log_lines(run: Run, stages: Sequence[Stage], paint: Paint, patch: Callable[[
         reason = f": {run.result['reason']}" if run.result.get("reason") else ""
         text = f"{outcome}{reason}; {held} of {len(goals)} goals hold"
         yield paint(text, GREEN if outcome == "SUCCESS" else RED) + _totals(run)
+        yield from _left(run)
     elif not run.result and stages == run.stages:
         yield ""
         yield "the folder has no result: the tree was not executed here, or the run was killed"
@@ -183,12 +202,24 @@ def _totals(run: Run) -> str:
     return f" ({r.get('ticks')} ticks, {r.get('sim_time_s')} s simulated, {r.get('versions')} versions)"
 
 
+def _left(run: Run) -> Iterator[str]:
+    """What the end leaves to be told: goals that do not hold, and how the disturbances were dealt with."""
+    for goal in run.result.get("goals", ()):
+        if not goal.get("holds"):
+            yield _row("not reached", str(Condition(goal["name"], tuple(goal["args"]), bool(goal.get("negated")))))
+    for entry in run.result.get("disturbances", ()):
+        mended = entry.get("recovered_at_s")
+        end = "was never made good" if mended is None else f"was made good by {mended} s"
+        yield _row("disturbed", f"{entry['name']} of {entry['target']} at {entry['fired_at_s']} s {end}")
+
+
 def log_document(run: Run, stages: Sequence[Stage], patch: Callable[[Stage], Any] | None) -> dict[str, Any]:
     """The log as data."""
     versions = []
     for stage in stages:
         entry = {k: v for k, v in stage.record.items() if k != "schema_version"}
-        entry["nodes"] = len(stage.tree)
+        if run.grew:
+            entry["nodes"] = len(stage.tree)
         entry["events"] = [dict(e.details) for e in stage.events]
         if patch is not None and run.stages.index(stage):
             entry["patch"] = patch(stage)

@@ -1,68 +1,51 @@
-"""The stages of the compiler as one table: name, artifact, a pure `run`, and how its artifact is written and read.
+"""From a request to a tree: the stages in order, the dialogue with the model and the user around them.
 
-`compile_request` runs them in order. What a stage gives is written before the next one starts, so that what is whole
-stays after an error; callbacks between the stages observe and change nothing.
+What a stage gives is written before the next one starts, so that what is whole stays after an error; callbacks between
+the stages observe and change nothing. A reply that fails a check goes back to the model with the complaints, as often
+as the context allows and an endpoint or a recording answers; what is then still open is asked of the user, or told.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from llmbt_atl.library import Library
-from llmbt_compiler.keywords.labels import KeywordSpan, Kind, Reading
-from llmbt_compiler.parsing import Extent, Goal, LabelledStep, Note, NoteKind, ParseResult, parse, say
-from llmbt_compiler.reasoning.chat import Completion, Reply, Settings, Transport
-from llmbt_compiler.reasoning.dialogue import converse
-from llmbt_compiler.reasoning.filter import filter_steps
-from llmbt_compiler.reasoning.prompt import Prompt, build_prompt
+from llmbt_atl.state import domain_of
+from llmbt_compiler.asking import Asked, Slot, edit_for, edited, from_diagnostics, from_model, from_request
+from llmbt_compiler.asking.answer import choose
+from llmbt_compiler.checking import contradictions, open_points
+from llmbt_compiler.parsing import Goal, LabelledStep, Note, ParseResult
+from llmbt_compiler.reasoning.chat import Reply, answerable
+from llmbt_compiler.reasoning.dialogue import Dialogue
+from llmbt_compiler.reasoning.prompt import Prompt, continue_prompt, correct_prompt
 from llmbt_compiler.reasoning.steps import Question, Steps
-from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity, Span
-from llmbt_ir.semantic_map import SemanticMap, parse_map, write_map
-from llmbt_ir.signatures import Signatures
-from llmbt_ir.tree import goal_tree
-from llmbt_ir.tree_xml import GoalRecord, Provenance, write_tree
+from llmbt_compiler.stages import FRONT_ENDS, STAGES, Context, FrontEnd, Stage, stages_of, tagged
+from llmbt_ir.condition import Condition
+from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity
 
-__all__ = ["STAGES", "Compiled", "Context", "Stage", "compile_request", "stage_names"]
+__all__ = [
+    "FRONT_ENDS",
+    "STAGES",
+    "Compiled",
+    "Context",
+    "FrontEnd",
+    "Stage",
+    "compile_request",
+    "stage_names",
+]
 
-DEFAULT_THRESHOLD = 0.5
-"""Below it the tagger's word is not taken (docs/keywords.md has how it was chosen)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Context:
-    """What the stages need besides what flows through them."""
-
-    request: str
-    semantic_map: SemanticMap
-    library: Library
-    transport: Transport
-    settings: Settings = field(default_factory=Settings)
-    answers: tuple[str, ...] = ()
-    tagger: str = "default"
-    threshold: float = DEFAULT_THRESHOLD
-    partial: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Stage:
-    """One stage: what it makes of the stage before it, and its artifact."""
-
-    name: str
-    artifact: str
-    run: Callable[[Any, Context], Any]
-    write: Callable[[Any, Context], bytes]
-    read: Callable[[bytes, str], Any]
-    tell: Callable[[Any], str]
+DIALOGUE = "dialogue.json"
+_OF_THE_REPLY = ("E103", "E104", "E105", "E106", "E107", "E108", "E109", "E101", "E102", "E130", "E133")
+"""Faults of the asking itself: nothing was said that could be corrected."""
 
 
 @dataclass(frozen=True, slots=True)
 class Compiled:
-    """What a compilation came to: every stage's value, by name, as far as it went."""
+    """What a compilation came to: every stage's value, by name, as far as it went, and all that was said."""
 
     values: Mapping[str, Any] = field(default_factory=dict)
+    dialogue: Dialogue = field(default_factory=Dialogue)
 
     @property
     def goals(self) -> tuple[Goal, ...]:
@@ -78,7 +61,7 @@ class Compiled:
 
     @property
     def reply(self) -> Reply | None:
-        """The reply, where it was asked for in this compilation."""
+        """The last reply, where it was asked for in this compilation."""
         found = self.values.get("reason")
         return found if isinstance(found, Reply) else None
 
@@ -91,301 +74,309 @@ def compile_request(
     stored: Callable[[str], bytes] | None = None,
     keep: Callable[[str, bytes], None] = lambda _name, _data: None,
     observe: Callable[[Stage, Any], None] = lambda _stage, _value: None,
+    check: Callable[[Compiled], None] = lambda _compiled: None,
+    consult: Callable[[Asked], str | None] = lambda _asked: None,
 ) -> Compiled:
     """Run the stages up to and including `stop_after`.
 
-    With `start_from`, what the stage before it had made is read through `stored` (artifact name -> bytes). `keep`
-    gets each artifact once it is whole; the tree is not kept here, since the caller may still prove it impossible.
-    LlmbtError where a stage finds the input wrong.
+    With `start_from`, what the stage before it had made is read through `stored` (artifact name -> bytes). `keep` gets
+    each artifact once it is whole; the tree is not kept here, since the caller may still refuse it. `check` is the
+    caller's own check of what was built, an LlmbtError where it fails; `consult` gives the user's answer to a question,
+    or None. LlmbtError where a stage finds the input wrong, or a question stays open (exit code 5).
     """
-    names = stage_names()
-    first = names.index(start_from) if start_from else 0
-    last = names.index(stop_after) if stop_after else len(names) - 1
-    values: dict[str, Any] = {}
-    value: Any = None
-    if first > 0 and stored is not None:
-        before = STAGES[first - 1]
-        value = values[before.name] = before.read(stored(before.artifact), before.artifact)
-    for stage in STAGES[first : last + 1]:
-        value = values[stage.name] = stage.run(value, context)
-        if not isinstance(value, ParseResult) or value.ok:
-            observe(stage, value)
-            if stage.name != "build":
-                keep(stage.artifact, stage.write(value, context))
-        _refuse(stage, value)
-    return Compiled(values)
+    run = _Run(context, stop_after, keep, observe, check, consult)
+    return run.go(start_from, stored)
 
 
-def stage_names() -> tuple[str, ...]:
+def stage_names(context: Context | None = None) -> tuple[str, ...]:
     """The stages, in order."""
-    return tuple(s.name for s in STAGES)
+    return tuple(s.name for s in (STAGES if context is None else stages_of(context)))
 
 
-def _refuse(stage: Stage, value: Any) -> None:
-    """Stop where a stage's value is no basis for the next one."""
-    if stage.name == "filter" and isinstance(value, Question):
-        raise LlmbtError(
-            Diagnostic(
-                "E140",
-                f"the request is unclear: {value.text}",
-                Span("reply.json", value.line),
-                help="answer with --answer TEXT",
-            ),
-            exit_code=ExitCode.UNCLEAR,
-        )
-    if stage.name == "parse" and isinstance(value, ParseResult) and not value.ok:
-        raise LlmbtError(*value.errors(), exit_code=value.exit_code)
+class _Unsettled(Exception):  # noqa: N818 - no error: the model is to read the answer
+    def __init__(self, asked: Asked, answer: str) -> None:
+        super().__init__(asked.text)
+        self.asked, self.answer = asked, answer
 
 
-# -- the stages ----------------------------------------------------------------------------------------------------
+class _ModelAsks(Exception):  # noqa: N818 - no error: the user is to be asked
+    def __init__(self, question: Question) -> None:
+        super().__init__(question.text)
+        self.question = question
 
 
-def _reason(prompt: Prompt, context: Context) -> Reply:
-    """The reply to the prompt; where it asks back, the user's answers continue the dialogue."""
-    return converse(prompt, context.answers, context.settings, context.transport).reply
+class _Run:
+    """One compilation: the values of its stages, and what has been said."""
+
+    def __init__(
+        self,
+        context: Context,
+        stop_after: str | None,
+        keep: Callable[[str, bytes], None],
+        observe: Callable[[Stage, Any], None],
+        check: Callable[[Compiled], None],
+        consult: Callable[[Asked], str | None],
+    ) -> None:
+        self.context = context
+        self.keep, self.observe, self.check, self.consult = keep, observe, check, consult
+        self.table = stages_of(context)
+        names = [s.name for s in self.table]
+        self.last = names.index(stop_after) if stop_after in names else len(names) - 1
+        self.values: dict[str, Any] = {}
+        self.said = Dialogue().request(context.request)
+        self.settled = False
+        self.stuck: tuple[Any, int] = (None, 0)
+
+    def go(self, start_from: str | None, stored: Callable[[str], bytes] | None) -> Compiled:
+        names = [s.name for s in self.table]
+        first = names.index(start_from) if start_from in names else 0
+        value: Any = None
+        if first > 0 and stored is not None:
+            before = self.table[first - 1]
+            value = self.values[before.name] = before.read(stored(before.artifact), before.artifact)
+        for i, stage in enumerate(self.table[: self.last + 1]):
+            if i < first:
+                continue
+            if stage.name == "reason":
+                try:
+                    self.converse(value)
+                finally:
+                    self.keep(DIALOGUE, self.said.as_json())
+                break
+            value = self.made_alone(stage, value)
+        else:
+            self.finish()
+        return Compiled(self.values, self.said)
+
+    def made_alone(self, stage: Stage, value: Any) -> Any:
+        """A stage outside of a dialogue: there is no model to read an answer, or to answer its question."""
+        try:
+            return self.make(stage, value, asking=True)
+        except _Unsettled as open_:
+            raise open_.asked.error() from None
+        except _ModelAsks as asks:
+            raise from_model(asks.question, self.context.semantic_map, self.context.library).error() from None
+
+    # -- stages ----------------------------------------------------------------------------------------------------
+
+    def make(self, stage: Stage, value: Any, *, asking: bool) -> Any:
+        """Run a stage and keep what it made. A question of the model's is raised, and so is what forbids to go on."""
+        made = stage.run(value, self.context)
+        if isinstance(made, ParseResult):
+            if made.ok:
+                self.keep(stage.artifact, stage.write(made, self.context))
+            made = self.checked(stage, value, made, asking=asking)
+        self.values[stage.name] = made
+        self.observe(stage, made)
+        if stage.name != "build":
+            self.keep(stage.artifact, stage.write(made, self.context))
+        if isinstance(made, Question):
+            raise _ModelAsks(made)
+        return made
+
+    def checked(self, stage: Stage, steps: Any, parsed: ParseResult, *, asking: bool) -> ParseResult:
+        """Goals that are right as far as this side can tell. With `asking`, open questions go to the user; the answers
+        change the steps, which are read anew."""
+        context = self.context
+        while True:
+            asked: Asked | None = None
+            if not parsed.ok:
+                asked = from_diagnostics(parsed.diagnostics, context.semantic_map, context.library)
+                if asked is None:
+                    raise LlmbtError(*parsed.errors(), exit_code=parsed.exit_code)
+            else:
+                self.refuse_contradictions(parsed)
+                asked = self.open_point(parsed)
+            if asked is None:
+                return parsed
+            answer = self.answer(asked) if asking else None
+            if answer is None:
+                first = asked.diagnostic
+                rest = [d for d in parsed.errors() if (d.code, d.span) != (first.code, first.span)]
+                raise LlmbtError(first, *rest, exit_code=ExitCode.UNCLEAR)
+            if asked.slot is Slot.REQUEST:
+                parsed = self.taken(asked, answer, parsed)
+                continue
+            steps = self.reworded(asked, answer, steps)
+            parsed = stage.run(steps, context)
+
+    def refuse_contradictions(self, parsed: ParseResult) -> None:
+        semantic_map = self.context.semantic_map
+        found = contradictions(parsed, domain_of(self.context.library, semantic_map), semantic_map, self.context.where)
+        if found:
+            raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
+
+    def open_point(self, parsed: ParseResult) -> Asked | None:
+        """What the reply decided without asking: only of a reply, and only until the user has said something."""
+        if self.context.stated is not None or self.settled or "reason" not in self.values:
+            return None
+        found = open_points(self.context.request, parsed.goals, self.context.semantic_map, self.context.library)
+        return from_request(found[0]) if found else None
+
+    def answer(self, asked: Asked) -> str | None:
+        """The user's answer, entered into what was said; None where there is none."""
+        self.said = self.said.question(asked.text, asked.candidates, by="check")
+        answer = self.consult(asked)
+        if answer is not None:
+            self.said = self.said.answer(answer)
+        return answer
+
+    def taken(self, asked: Asked, answer: str, parsed: ParseResult) -> ParseResult:
+        """The object that the user means in place of the one that the reply took."""
+        ids = choose(answer, asked, self.context.semantic_map, self.context.library)
+        if len(ids) != 1 or asked.taken is None:
+            raise _Unsettled(asked, answer)
+        swap = {asked.taken: ids[0], ids[0]: asked.taken}
+
+        def meant(condition: Condition) -> Condition:
+            return replace(condition, args=tuple(swap.get(a, a) for a in condition.args))
+
+        self.settled = True
+        self.said = self.said.settled(f"{asked.taken} is {ids[0]}")
+        goals = tuple(replace(g, condition=meant(g.condition)) for g in parsed.goals)
+        moves = tuple(replace(m, target=swap.get(m.target, m.target)) for m in parsed.moves)
+        return replace(parsed, goals=goals, moves=moves)
+
+    def reworded(self, asked: Asked, answer: str, steps: Any) -> Any:
+        """The labelled steps with the answer in them."""
+        if not (isinstance(steps, tuple) and all(isinstance(s, LabelledStep) for s in steps)):
+            raise _Unsettled(asked, answer)
+        edit = edit_for(asked, answer, steps, self.context.semantic_map, self.context.library)
+        if edit is None:
+            raise _Unsettled(asked, answer)
+        changed = edited(steps, edit, lambda texts: tagged(texts, self.context.tagger))
+        self.settled = True
+        self.said = self.said.settled(next(b.text for a, b in zip(steps, changed, strict=True) if a is edit.step))
+        return changed
+
+    def finish(self) -> None:
+        if self.table[self.last].name == "build":
+            self.check(Compiled(self.values, self.said))
+
+    # -- the dialogue ----------------------------------------------------------------------------------------------
+
+    def converse(self, prompt: Prompt) -> None:
+        """Ask, and read the reply; correct it and answer its questions as long as there is something to say."""
+        corrections = self.context.corrections
+        index = [s.name for s in self.table].index("reason")
+        while True:
+            reply = self.ask(self.table[index], prompt)
+            try:
+                self.understand(reply, index + 1)
+            except _ModelAsks as asks:
+                following = self.asked_by_the_model(prompt, reply, asks.question)
+                if following is None:
+                    return
+                prompt = following
+                continue
+            except LlmbtError as fault:
+                better = correct_prompt(prompt, reply.text, _complaints(fault)) if corrections else None
+                if better is not None and self.can_ask(better) and _is_correctable(fault):
+                    self.said = self.said.complaint(_complaints(fault))
+                    prompt, corrections = better, corrections - 1
+                    continue
+                if fault.exit_code is not ExitCode.UNCLEAR:
+                    raise
+            else:
+                return
+            try:
+                self.understand(*self.stuck, asking=True)
+            except _Unsettled as open_:
+                prompt = continue_prompt(prompt, reply.text, open_.answer, question=open_.asked.text)
+                self.settled = True
+                continue
+            return
+
+    def ask(self, stage: Stage, prompt: Prompt) -> Reply:
+        """The reply to a prompt, kept as the artifact."""
+        reply: Reply = stage.run(prompt, self.context)
+        self.values[stage.name] = reply
+        self.said = self.said.reply(reply)
+        self.observe(stage, reply)
+        self.keep(stage.artifact, stage.write(reply, self.context))
+        return reply
+
+    def can_ask(self, prompt: Prompt) -> bool:
+        """Whether somebody answers: an endpoint, or a recording."""
+        return answerable(prompt.messages, self.context.settings, self.context.transport)
+
+    def understand(self, value: Any, first: int, *, asking: bool = False) -> None:
+        """The stages after a reply, as far as they are wanted, and the check of what they built."""
+        for i, stage in enumerate(self.table[first : self.last + 1], first):
+            self.stuck = (value, i)
+            value = self.make(stage, value, asking=asking)
+        if self.last < first:
+            self.read_ahead(value)
+        self.finish()
+
+    def read_ahead(self, reply: Reply) -> None:
+        """Where the reply is all that is wanted, it is still looked at for a question, which an answer continues."""
+        try:
+            found = self.table[self.last + 1].run(reply, self.context)
+        except LlmbtError:
+            return
+        if isinstance(found, Question):
+            raise _ModelAsks(found)
+
+    def asked_by_the_model(self, prompt: Prompt, reply: Reply, question: Question) -> Prompt | None:
+        """The prompt that goes on after the model's question; None where the answer settles it here.
+
+        An answer that names one of the candidates needs no model where the request itself reads as the step.
+        """
+        context = self.context
+        asked = from_model(question, context.semantic_map, context.library)
+        self.said = self.said.question(question.text, asked.candidates, by="model")
+        answer = self.consult(asked)
+        if answer is None and self.table[self.last].name == "reason":
+            return None
+        if answer is None:
+            raise asked.error()
+        self.said = self.said.answer(answer)
+        self.settled = True
+        following = continue_prompt(prompt, reply.text, answer)
+        if self.can_ask(following):
+            return following
+        steps = self.request_as_step(asked, answer)
+        if steps is None:
+            return following
+        self.values["filter"] = Steps(())
+        self.values["keywords"] = steps
+        names = [s.name for s in self.table]
+        value: Any = steps
+        for stage in self.table[names.index("parse") : self.last + 1]:
+            value = self.make(stage, value, asking=True)
+        self.finish()
+        return None
+
+    def request_as_step(self, asked: Asked, answer: str) -> tuple[LabelledStep, ...] | None:
+        """The request read as a step, with the answer in it; None where it does not come to goals that way."""
+        context = self.context
+        reached = [s.name for s in self.table[: self.last + 1]]
+        if "keywords" not in reached or "parse" not in reached:
+            return None
+        if not choose(answer, asked, context.semantic_map, context.library):
+            return None
+        parse = next(s for s in self.table if s.name == "parse")
+        steps = tagged([" ".join(context.request.split())], context.tagger)
+        parsed = parse.run(steps, context)
+        own = from_diagnostics(parsed.diagnostics, context.semantic_map, context.library)
+        if own is None or not set(own.candidates) & set(asked.candidates):
+            return None
+        edit = edit_for(own, answer, steps, context.semantic_map, context.library)
+        if edit is None:
+            return None
+        changed = edited(steps, edit, lambda texts: tagged(texts, context.tagger))
+        if not parse.run(changed, context).ok:
+            return None
+        self.said = self.said.settled(changed[0].text)
+        return changed
 
 
-def _keywords(steps: Steps, context: Context) -> tuple[LabelledStep, ...]:
-    from llmbt_compiler.keywords.tagger import UnknownTaggerError, load_tagger
-    from llmbt_compiler.keywords.weights import WeightsError
-
-    try:
-        tagger = load_tagger(context.tagger)
-    except UnknownTaggerError as fault:
-        raise LlmbtError(Diagnostic("E201", str(fault)), exit_code=ExitCode.USAGE) from None
-    except WeightsError as fault:
-        raise LlmbtError(Diagnostic("E204", str(fault))) from None
-    tagged = tagger.tag([s.text for s in steps.steps])
-    return tuple(
-        LabelledStep.of(s.number, t, Extent(s.start, s.end), s.runs) for s, t in zip(steps.steps, tagged, strict=True)
-    )
+def _is_correctable(fault: LlmbtError) -> bool:
+    return not any(d.code in _OF_THE_REPLY for d in fault.diagnostics)
 
 
-def _parse(steps: tuple[LabelledStep, ...], context: Context) -> ParseResult:
-    return parse(steps, context.semantic_map, context.library, threshold=context.threshold, partial=context.partial)
-
-
-def _build(parsed: ParseResult, context: Context) -> bytes:
-    tree = goal_tree((tuple(g.condition for g in parsed.goals),))
-    signatures = Signatures(
-        {c.name: tuple(p.name for p in c.params) for c in context.library.conditions.values()},
-        {t.name: tuple(p.name for p in t.params) for t in context.library.templates.values()},
-    )
-    by_condition = {g.condition: g for g in reversed(parsed.goals)}
-    told = tuple(
-        GoalRecord(node.id, node.condition, f"step {g.step_number}: {g.words}")
-        for node in tree.preorder()
-        if node.condition is not None
-        for g in (by_condition[node.condition],)
-    )
-    return write_tree(tree, signatures, Provenance("v000", "", told))
-
-
-# -- their artifacts -----------------------------------------------------------------------------------------------
-
-
-def _json(value: Any) -> bytes:
-    return (json.dumps(value, indent=1, ensure_ascii=False) + "\n").encode()
-
-
-def _loaded(data: bytes, source: str, read: Callable[[Any], Any]) -> Any:
-    try:
-        return read(json.loads(data))
-    except (ValueError, KeyError, TypeError, AttributeError) as fault:
-        raise LlmbtError(
-            Diagnostic(
-                "E011",
-                f"`{source}` is not what the stage before writes: {fault}",
-                Span(source),
-                help="run the stages before it again",
-            )
-        ) from None
-
-
-def _read_reply(data: Mapping[str, Any]) -> Reply:
-    """An edited reply is read for its words; where it came from stays what the file says."""
-    from pathlib import Path
-
-    from llmbt_compiler.reasoning.cassette import Provenance as Source
-
-    names = set(Source.__dataclass_fields__)
-    source = Source(**{k: v for k, v in data.items() if k in names})
-    text = str(data["text"])
-    return Reply(
-        text,
-        source,
-        Path(str(data.get("cassette", ""))),
-        str(data.get("prompt_sha256", "")),
-        Completion(text),
-    )
-
-
-def _write_keywords(steps: tuple[LabelledStep, ...], _: Context) -> bytes:
-    return _json(
-        {
-            "schema_version": 1,
-            "steps": [
-                {
-                    "number": s.number,
-                    "text": s.text,
-                    "confidence": round(s.certainty, 4),
-                    "probability": s.readings[0].probability if s.readings else 1.0,
-                    "reply": [s.reply.start, s.reply.end] if s.reply else None,
-                    "spans": [
-                        {
-                            "start": k.start,
-                            "end": k.end,
-                            "label": k.label.value,
-                            "text": k.text,
-                            "confidence": round(k.confidence, 4),
-                        }
-                        for k in s.spans
-                    ],
-                    "readings": [
-                        {"probability": r.probability, "spans": [[k.start, k.end, k.label.value] for k in r.spans]}
-                        for r in s.readings[1:]
-                    ],
-                }
-                for s in steps
-            ],
-        }
-    )
-
-
-def _read_keywords(data: Mapping[str, Any]) -> tuple[LabelledStep, ...]:
-    return tuple(
-        LabelledStep(
-            int(s["number"]),
-            str(s["text"]),
-            tuple(
-                KeywordSpan(int(k["start"]), int(k["end"]), Kind(k["label"]), str(k["text"]), float(k["confidence"]))
-                for k in s["spans"]
-            ),
-            float(s["confidence"]),
-            Extent(*s["reply"]) if s.get("reply") else None,
-            readings=_read_readings(s),
-        )
-        for s in data["steps"]
-    )
-
-
-def _read_readings(step: Mapping[str, Any]) -> tuple[Reading, ...]:
-    """The likeliest ways to label a step, the one that its `spans` are first; none where the file has no others."""
-    others = [(float(r["probability"]), r["spans"]) for r in step.get("readings", ())]
-    if not others:
-        return ()
-    text = str(step["text"])
-    first = [(int(k["start"]), int(k["end"]), str(k["label"])) for k in step["spans"]]
-    told = [(float(step["probability"]), first), *others]
-    return tuple(
-        Reading(tuple(KeywordSpan(int(a), int(b), Kind(label), text[int(a) : int(b)]) for a, b, label in spans), p)
-        for p, spans in told
-    )
-
-
-def _write_conditions(parsed: ParseResult, context: Context) -> bytes:
-    return _json(
-        {
-            "schema_version": 1,
-            "goals": [
-                {
-                    "name": g.condition.name,
-                    "args": list(g.condition.args),
-                    "negated": g.condition.negated,
-                    "says": say(g.condition, context.library),
-                    "step": g.step_number,
-                    "words": g.words,
-                    "span": [g.span.start, g.span.end],
-                    "reply": [g.reply.start, g.reply.end] if g.reply else None,
-                }
-                for g in parsed.goals
-            ],
-            "notes": [{"step": n.step_number, "kind": n.kind.value, "text": n.text} for n in parsed.notes],
-            "left_out": [d.title for d in parsed.diagnostics if d.severity is Severity.ERROR],
-        }
-    )
-
-
-def _read_conditions(data: Mapping[str, Any]) -> ParseResult:
-    from llmbt_ir.condition import Condition
-
-    return ParseResult(
-        tuple(
-            Goal(
-                Condition(str(g["name"]), tuple(map(str, g["args"])), bool(g.get("negated"))),
-                int(g.get("step", 0)),
-                str(g.get("words", "")),
-                Extent(*g.get("span", (0, 0))),
-                Extent(*g["reply"]) if g.get("reply") else None,
-            )
-            for g in data["goals"]
-        ),
-        tuple(Note(int(n["step"]), NoteKind(n["kind"]), str(n["text"])) for n in data.get("notes", ())),
-    )
-
-
-def _steps_told(value: Steps | Question) -> str:
-    if isinstance(value, Question):
-        return f"the model asks: {value.text}"
-    return f"{len(value.steps)} steps"
-
-
-STAGES: tuple[Stage, ...] = (
-    Stage(
-        "map",
-        "map.xml",
-        lambda _, c: c.semantic_map,
-        lambda m, _: write_map(m),
-        parse_map,
-        lambda m: f"{len(m.objects)} objects, {len(m.places)} places",
-    ),
-    Stage(
-        "prompt",
-        "prompt.json",
-        lambda m, c: build_prompt(c.request, m, c.library),
-        lambda p, _: _json(p.as_json()),
-        lambda data, source: _loaded(data, source, Prompt.from_json),
-        lambda p: f"template {p.template_version}",
-    ),
-    Stage(
-        "reason",
-        "reply.json",
-        _reason,
-        lambda r, _: _json(r.as_json()),
-        lambda data, source: _loaded(data, source, _read_reply),
-        lambda r: r.provenance.words(),
-    ),
-    Stage(
-        "filter",
-        "steps.json",
-        lambda r, _: filter_steps(r.text),
-        lambda s, _: _json(s.as_json()),
-        lambda data, source: _loaded(data, source, Steps.from_json),
-        _steps_told,
-    ),
-    Stage(
-        "keywords",
-        "keywords.json",
-        _keywords,
-        _write_keywords,
-        lambda data, source: _loaded(data, source, _read_keywords),
-        lambda s: ", ".join(sorted({k.text.lower() for step in s for k in step.spans if k.label is Kind.ACTION})),
-    ),
-    Stage(
-        "parse",
-        "conditions.json",
-        _parse,
-        _write_conditions,
-        lambda data, source: _loaded(data, source, _read_conditions),
-        lambda p: ", ".join(str(g.condition) for g in p.goals),
-    ),
-    Stage(
-        "build",
-        "tree.v000.xml",
-        _build,
-        lambda data, _: bytes(data),
-        lambda data, _: data,
-        lambda _: "tree.v000.xml",
-    ),
-)
-"""Every stage, in order (docs/architecture.md)."""
+def _complaints(fault: LlmbtError) -> tuple[str, ...]:
+    """What was wrong, for the model: the titles, with the suggestions."""
+    errors: list[Diagnostic] = [d for d in fault.diagnostics if d.severity is Severity.ERROR]
+    return tuple(f"{d.title}{f' ({d.label})' if d.label else ''}{f': {d.help}' if d.help else ''}" for d in errors)

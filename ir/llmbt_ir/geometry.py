@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["IDENTITY_QUAT", "Box", "Pose", "quat_from_yaw", "yaw_from_quat"]
+__all__ = ["IDENTITY_QUAT", "Box", "Pose", "Viewpoint", "quat_from_yaw", "yaw_from_quat"]
 
 IDENTITY_QUAT = (0.0, 0.0, 0.0, 1.0)
 Vec3 = tuple[float, float, float]
@@ -18,6 +18,16 @@ class Pose:
 
     xyz_m: Vec3
     quat_xyzw: Quat = IDENTITY_QUAT
+
+
+@dataclass(frozen=True, slots=True)
+class Viewpoint:
+    """Who looks, from where (world frame), and with what heading about the vertical: 0 looks along x, with y to the
+    left."""
+
+    of: str = "robot"
+    xyz_m: Vec3 = (0.0, 0.0, 0.0)
+    yaw_rad: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

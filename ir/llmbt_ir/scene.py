@@ -11,11 +11,12 @@ import importlib.resources
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from pathlib import Path
 from types import MappingProxyType
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
-from llmbt_ir.geometry import Box, Pose, quat_from_yaw, yaw_from_quat
+from llmbt_ir.geometry import Box, Pose, Viewpoint, quat_from_yaw, yaw_from_quat
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
 from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes
 
@@ -24,6 +25,7 @@ __all__ = [
     "Body",
     "Camera",
     "Fixture",
+    "RobotModel",
     "Scene",
     "ScenePlace",
     "load_scene",
@@ -45,6 +47,8 @@ SUPPORT_TOLERANCE_M = 0.01
 OVERLAP_M = 0.0005
 """Bodies that reach less deeply into each other than this count as touching."""
 ROBOT_FOOTPRINT_M = (0.22, 0.22, 0.40)
+PLATFORM_RADIUS_M = 0.25
+"""The mobile robot's platform is a disc from the floor up to the arm's base."""
 DEFAULT_MASS_KG = 0.08
 DEFAULT_FRICTION = 0.8
 
@@ -69,15 +73,24 @@ COLOURS: Mapping[str, Vec3] = MappingProxyType(
 """The colours a scene may name, as red, green, blue in [0, 1]."""
 
 
+class RobotModel(StrEnum):
+    """A Panda that is bolted down, or one on a platform that drives."""
+
+    PANDA = "panda"
+    MOBILE_PANDA = "mobile_panda"
+
+
 @dataclass(frozen=True, slots=True)
 class Fixture:
-    """A static, axis-aligned box: centre and full extents."""
+    """A static, axis-aligned box: centre and full extents. What `moves_with` a place is pushed along with it."""
 
     id: str
     xyz_m: Vec3
     size_m: Vec3
     colour: str = "grey"
     friction: float = DEFAULT_FRICTION
+    moves_with: str | None = None
+    line: int = field(default=0, compare=False)
 
     @property
     def top_m(self) -> float:
@@ -118,9 +131,10 @@ class ScenePlace:
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """A movable thing: an object in play, with its pose at the start, or a parked obstacle, with none.
+    """A thing that is not fixed: an object in play, with its pose at the start, or a parked obstacle, with none.
 
-    `size_m` are full extents along the body's own axes; a cylinder's are diameter, diameter, height.
+    `size_m` are full extents along the body's own axes; a cylinder's are diameter, diameter, height. What is not
+    `movable` is too wide or too heavy for the robot.
     """
 
     id: str
@@ -132,6 +146,7 @@ class Body:
     mass_kg: float = DEFAULT_MASS_KG
     friction: float = DEFAULT_FRICTION
     pose: Pose | None = None
+    movable: bool = True
     line: int = field(default=0, compare=False)
 
 
@@ -160,7 +175,9 @@ class Scene:
     objects: tuple[Body, ...]
     obstacles: tuple[Body, ...] = ()
     cameras: tuple[Camera, ...] = ()
+    viewer: Viewpoint | None = None
     description: str = ""
+    robot: RobotModel = RobotModel.PANDA
     source: str = field(default="scene.xml", compare=False)
 
     def place(self, id_: str) -> ScenePlace:
@@ -208,8 +225,11 @@ def to_semantic_map(scene: Scene) -> SemanticMap:
         for o in scene.objects
         if o.pose is not None
     )
-    places = tuple(MapPlace(p.id, p.name, p.type, p.parent, p.buffer, p.line) for p in scene.places)
-    return SemanticMap(scene.name, scene.library, objects, places, scene.source)
+    places = tuple(
+        MapPlace(p.id, p.name, p.type, p.parent, p.buffer, p.line, p.surface_m, p.size_m) for p in scene.places
+    )
+    viewpoint = scene.viewer or Viewpoint("robot", scene.robot_xyz_m, scene.robot_yaw_rad)
+    return SemanticMap(scene.name, scene.library, objects, places, scene.source, viewpoint)
 
 
 def _folder() -> Path:
@@ -267,6 +287,7 @@ _REQUIRED: Mapping[str, tuple[str, ...]] = {
     "Object": _BODY,
     "Obstacle": _BODY,
     "Camera": ("id", "eye_m", "target_m"),
+    "Viewer": ("xyz_m",),
 }
 
 
@@ -300,13 +321,17 @@ class _Reader:
         places = tuple(self.place(n) for n in root.iterfind("Places/Place"))
         self.check_hierarchy(places)
         by_id = {p.id: p for p in places}
+        for f in fixtures:
+            if f.moves_with is not None and f.moves_with not in by_id:
+                self.unknown_place(f.id, f.moves_with, by_id)
         objects = tuple(self.body(n, "object", by_id) for n in root.iterfind("Objects/Object"))
         obstacles = tuple(self.body(n, "obstacle", by_id) for n in root.iterfind("Obstacles/Obstacle"))
         cameras = tuple(self.camera(n) for n in root.iterfind("Cameras/Camera"))
         xyz = _triple(robot.get("xyz_m"))
+        model = RobotModel(robot.get("model", "panda"))
         if not self.faults:
-            self.check_overlaps(fixtures, objects, xyz)
-            self.check_slots(fixtures, places, xyz)
+            self.check_overlaps(fixtures, objects, xyz, model)
+            self.check_slots(fixtures, places, xyz, model)
         if self.faults:
             raise LlmbtError(*self.faults)
         return Scene(
@@ -319,7 +344,9 @@ class _Reader:
             objects=objects,
             obstacles=obstacles,
             cameras=cameras,
+            viewer=self.viewer(),
             description=" ".join((root.findtext("Description") or "").split()),
+            robot=model,
             source=self.source,
         )
 
@@ -345,6 +372,8 @@ class _Reader:
             size_m=_triple(node.get("size_m")),
             colour=self.colour(node, "grey"),
             friction=float(node.get("friction", DEFAULT_FRICTION)),
+            moves_with=node.get("moves_with"),
+            line=line_of(node),
         )
 
     def place(self, node: Element) -> ScenePlace:
@@ -371,10 +400,17 @@ class _Reader:
             height_px=int(node.get("height_px", "480")),
         )
 
+    def viewer(self) -> Viewpoint | None:
+        node = self.root.find("Viewer")
+        if node is None:
+            return None
+        return Viewpoint(node.get("of", "user"), _triple(node.get("xyz_m")), float(node.get("yaw_rad", "0")))
+
     def body(self, node: Element, type_: str, places: Mapping[str, ScenePlace]) -> Body:
         id_, line = self.claim(node), line_of(node)
         size = _triple(node.get("size_m"))
-        if min(size[0], size[1]) > MAX_GRASP_M:
+        movable = (node.get("movable") or "true").strip() in ("true", "1")
+        if movable and min(size[0], size[1]) > MAX_GRASP_M:
             self.fault(
                 "E044",
                 f"`{id_}` is wider than the gripper opens ({MAX_GRASP_M:g} m) in x and in y",
@@ -391,6 +427,7 @@ class _Reader:
             mass_kg=float(node.get("mass_kg", DEFAULT_MASS_KG)),
             friction=float(node.get("friction", DEFAULT_FRICTION)),
             pose=self.pose(node, id_, size, places),
+            movable=movable,
             line=line,
         )
 
@@ -444,8 +481,10 @@ class _Reader:
                 seen.add(here)
                 here = parent[here]
 
-    def check_slots(self, fixtures: tuple[Fixture, ...], places: tuple[ScenePlace, ...], robot: Vec3) -> None:
-        """What is put on a slot stays there, and the arm comes to it."""
+    def check_slots(
+        self, fixtures: tuple[Fixture, ...], places: tuple[ScenePlace, ...], robot: Vec3, model: RobotModel
+    ) -> None:
+        """What is put on a slot stays there, and an arm that is bolted down comes to it."""
         for p in places:
             if not p.is_slot or p.surface_m is None:
                 continue
@@ -454,13 +493,17 @@ class _Reader:
             if not any(Box(f.xyz_m, f.size_m).contains_xy(x, y) for f in under):
                 title = f"nothing is under the slot `{p.id}`: no fixture's top is at {z:g} m there"
                 self.fault("E047", title, p.line, "set its surface on a fixture, or add one")
-            elif math.hypot(x - robot[0], y - robot[1]) > REACH_M:
+            elif model is RobotModel.PANDA and math.hypot(x - robot[0], y - robot[1]) > REACH_M:
                 title = f"the slot `{p.id}` is out of the arm's reach of {REACH_M:g} m"
                 self.fault("E048", title, p.line, "move it, or the robot")
 
-    def check_overlaps(self, fixtures: tuple[Fixture, ...], objects: tuple[Body, ...], robot: Vec3) -> None:
-        height = ROBOT_FOOTPRINT_M[2]
-        solids = [_Solid("the robot", (robot[0], robot[1], robot[2] + height / 2), ROBOT_FOOTPRINT_M, 0.0)]
+    def check_overlaps(
+        self, fixtures: tuple[Fixture, ...], objects: tuple[Body, ...], robot: Vec3, model: RobotModel
+    ) -> None:
+        below = robot[2] if model is RobotModel.MOBILE_PANDA else 0.0
+        height = ROBOT_FOOTPRINT_M[2] + below
+        size = (2 * PLATFORM_RADIUS_M, 2 * PLATFORM_RADIUS_M) if below else ROBOT_FOOTPRINT_M[:2]
+        solids = [_Solid("the robot", (robot[0], robot[1], robot[2] - below + height / 2), (*size, height), 0.0)]
         solids += [_Solid(f"`{f.id}`", f.xyz_m, f.size_m, 0.0) for f in fixtures]
         for o in objects:
             if o.pose is None:

@@ -1,7 +1,8 @@
 """The semantic map: what stands where in a scene, as the compiler and a person read it (paper, section IV.A).
 
 Every thing has an id, a name, a colour, a shape, a size and a pose in metres in the world frame, and the most
-specific place it stands on. Places form a forest by `parent`: a thing on a place is on each of its containers.
+specific place it stands on. Places form a forest by `parent`: a thing on a place is on each of its containers; where
+they have a surface, the map says where it is. The viewpoint is the one that "left" and "behind" are said from.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 from lxml import etree
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
-from llmbt_ir.geometry import Pose
+from llmbt_ir.geometry import Pose, Viewpoint
 from llmbt_ir.xml import Element, line_of, parse_xml, read_bytes
 
 __all__ = ["MapObject", "MapPlace", "SemanticMap", "parse_map", "read_map", "write_map"]
@@ -21,7 +22,8 @@ __all__ = ["MapObject", "MapPlace", "SemanticMap", "parse_map", "read_map", "wri
 
 @dataclass(frozen=True, slots=True)
 class MapObject:
-    """A movable thing. `place` is the most specific place it stands on, None where it stands on none."""
+    """A movable thing. `place` is the most specific place it stands on, None where it stands on none. `held`: the
+    gripper holds it."""
 
     id: str
     name: str
@@ -31,12 +33,17 @@ class MapObject:
     pose: Pose
     place: str | None = None
     type: str = "object"
+    held: bool = False
     line: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
 class MapPlace:
-    """A place. `type` is one of the library's place types (as slot, region, level); `buffer` allows putting aside."""
+    """A place. `type` is one of the library's place types (as slot, region, level); `buffer` allows putting aside.
+
+    `surface_m` is the centre of its horizontal surface and `size_m` the surface's extents in x and y; None where the
+    place has none of its own, or where it is not known.
+    """
 
     id: str
     name: str
@@ -44,6 +51,8 @@ class MapPlace:
     parent: str | None = None
     buffer: bool = False
     line: int = field(default=0, compare=False)
+    surface_m: tuple[float, float, float] | None = None
+    size_m: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +64,7 @@ class SemanticMap:
     objects: tuple[MapObject, ...] = ()
     places: tuple[MapPlace, ...] = ()
     source: str = field(default="map.xml", compare=False)
+    viewpoint: Viewpoint = field(default_factory=Viewpoint)
 
     def object(self, id_: str) -> MapObject | None:
         """The object with this id."""
@@ -89,6 +99,9 @@ def _numbers(values: tuple[float, ...]) -> str:
 def write_map(semantic_map: SemanticMap) -> bytes:
     """The map as canonical XML: fixed attribute order, one element a line, lengths to a tenth of a millimetre."""
     root = etree.Element("SemanticMap", scene=semantic_map.scene, library=semantic_map.library, frame="world")
+    seen_by = semantic_map.viewpoint
+    attributes = {"of": seen_by.of, "xyz_m": _numbers(seen_by.xyz_m), "yaw_rad": _numbers((seen_by.yaw_rad,))}
+    etree.SubElement(root, "Viewpoint", attributes)
     places = etree.SubElement(root, "Places")
     for p in semantic_map.places:
         node = etree.SubElement(places, "Place", id=p.id, name=p.name, type=p.type)
@@ -96,6 +109,9 @@ def write_map(semantic_map: SemanticMap) -> bytes:
             node.set("parent", p.parent)
         if p.buffer:
             node.set("buffer", "true")
+        if p.surface_m is not None:
+            node.set("surface_m", _numbers(p.surface_m))
+            node.set("size_m", _numbers(p.size_m))
     objects = etree.SubElement(root, "Objects")
     for o in semantic_map.objects:
         node = etree.SubElement(
@@ -112,6 +128,8 @@ def write_map(semantic_map: SemanticMap) -> bytes:
         )
         if o.place is not None:
             node.set("place", o.place)
+        if o.held:
+            node.set("held", "true")
     etree.indent(root)
     return bytes(etree.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
 
@@ -143,6 +161,9 @@ def parse_map(data: bytes, source: str = "map.xml") -> SemanticMap:
             n.get("type", "place"),
             n.get("parent"),
             (n.get("buffer") or "").strip() in ("true", "1"),
+            line_of(n),
+            _triple(n.get("surface_m", "")) if n.get("surface_m") else None,
+            _pair(n.get("size_m", "0 0")),
         )
         for n in root.iterfind("Places/Place")
     )
@@ -156,6 +177,7 @@ def parse_map(data: bytes, source: str = "map.xml") -> SemanticMap:
             Pose(_triple(n.get("xyz_m", "0 0 0")), _quat(n.get("quat_xyzw", "0 0 0 1"))),
             n.get("place"),
             n.get("type", "object"),
+            (n.get("held") or "").strip() in ("true", "1"),
             line_of(n),
         )
         for n in root.iterfind("Objects/Object")
@@ -184,7 +206,19 @@ def parse_map(data: bytes, source: str = "map.xml") -> SemanticMap:
             here = parent[here]
     if faults:
         raise LlmbtError(*faults)
-    return SemanticMap(root.get("scene", ""), root.get("library", ""), objects, places, source)
+    viewpoint = _viewpoint(root.find("Viewpoint"))
+    return SemanticMap(root.get("scene", ""), root.get("library", ""), objects, places, source, viewpoint)
+
+
+def _viewpoint(node: Element | None) -> Viewpoint:
+    if node is None:
+        return Viewpoint()
+    return Viewpoint(node.get("of", "robot"), _triple(node.get("xyz_m", "0 0 0")), float(node.get("yaw_rad", "0")))
+
+
+def _pair(text: str) -> tuple[float, float]:
+    x, y = (float(v) for v in text.split())
+    return x, y
 
 
 def _triple(text: str) -> tuple[float, float, float]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 
+from llmbt_ir.btcpp.nodes import BUILTIN, CONDITIONS_OF_NODES
 from llmbt_ir.condition import ActionCall, Condition, Goals, parse_condition
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
 from llmbt_ir.quoting import escape, quoteattr
@@ -29,6 +30,7 @@ MAX_NODES = 100_000
 MAX_NESTED = 1_000
 """Limits of one tree with its SubTrees written out: n levels of two SubTrees each stand for 2**n nodes."""
 MEMORY = {"Sequence": "ReactiveSequence", "Fallback": "ReactiveFallback"}
+AS_IT_STANDS = "tick the tree as it stands, ungrown: llmbt execute --no-update"
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,14 @@ class Provenance:
     goals: tuple[GoalRecord, ...] = ()
     entries: tuple[tuple[str, tuple[tuple[str, str], ...]], ...] = ()
 
+    @property
+    def stated(self) -> Goals:
+        """The goals that are named, by alternatives; empty where none is."""
+        table: dict[int, list[Condition]] = {}
+        for goal in self.goals:
+            table.setdefault(goal.alternative, []).append(goal.condition)
+        return tuple(tuple(table[k]) for k in sorted(table))
+
 
 @dataclass(frozen=True, slots=True)
 class TreeFile:
@@ -67,10 +77,7 @@ class TreeFile:
     @property
     def goals(self) -> Goals:
         """The goals that the provenance names; empty where it names none."""
-        table: dict[int, list[Condition]] = {}
-        for goal in self.provenance.goals:
-            table.setdefault(goal.alternative, []).append(goal.condition)
-        return tuple(tuple(table[k]) for k in sorted(table))
+        return self.provenance.stated
 
     def line(self, id_: str) -> Span:
         """The span of a node."""
@@ -106,7 +113,7 @@ def write_tree(tree: Tree, signatures: Signatures, provenance: Provenance | None
     return ("\n".join(lines) + "\n").encode()
 
 
-NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+NOT_XML = re.compile("[\0-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 REPLACEMENT = "\ufffd"
 
 
@@ -305,7 +312,10 @@ class _TreeReader:
     def shape(self, element: Element, negated: bool) -> bool:
         """Whether an element has the children that its kind has to have; otherwise a fault."""
         tag, n = str(element.tag), len(element)
-        if negated and tag in (Kind.SEQUENCE, Kind.FALLBACK, "SubTree"):
+        script = next((k for k in element.attrib if k in CONDITIONS_OF_NODES and k != "_autoremap"), None)
+        if script is not None:
+            self.fault("E052", f"`{script}` holds a script, and none is run", element, "write a condition of its own")
+        elif negated and tag in (Kind.SEQUENCE, Kind.FALLBACK, "SubTree"):
             self.fault("E052", f"<{INVERTER}> goes with one condition", element)
         elif tag == INVERTER and n != 1:
             self.fault("E050", f"<{INVERTER}> has one child, not {n}", element)
@@ -327,7 +337,7 @@ class _TreeReader:
                 "E052",
                 f"<{tag}> has memory: an earlier condition that changes would not be looked at again",
                 element,
-                f"write <{MEMORY[tag]}>",
+                f"write <{MEMORY[tag]}>, or {AS_IT_STANDS}",
                 (MEMORY[tag],),
             )
             return None
@@ -352,6 +362,9 @@ class _TreeReader:
                 self.fault("E052", f"<{INVERTER}> goes with one condition", element)
                 return None
             return Node(id_, kind, action=ActionCall(name, args))
+        if name in BUILTIN:
+            self.fault("E052", f"<{name}> is no part of a tree that grows", element, AS_IT_STANDS)
+            return None
         known = [*self.signatures.conditions, *self.signatures.actions, *(k.value for k in Kind)]
         close = nearest(name, known)
         self.fault(

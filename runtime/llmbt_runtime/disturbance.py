@@ -1,20 +1,65 @@
-"""The disturbances by name, and what each is in a world of facts. The bullet room has its own, of bodies."""
+"""The disturbances by name, when one is to come, and which of them a task can meet. What each does to facts is in
+`symbolic_disturbance`, what it does to bodies in the bullet room."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 from llmbt_atl.state import Domain
 from llmbt_ir.condition import Condition, Facts
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, nearest
 from llmbt_runtime.chance import Chance
-from llmbt_runtime.symbolic import Event
 
-__all__ = ["NAMES", "applicable", "draw", "symbolic_events"]
+__all__ = [
+    "NAMES",
+    "SOLVABLE",
+    "UNSOLVABLE",
+    "DisturbanceSpec",
+    "When",
+    "applicable",
+    "can_be_filled",
+    "can_shift",
+    "does_not_apply",
+    "draw",
+    "drives",
+    "open_goals",
+]
 
-NAMES = ("drop", "obstacle_at_place", "obstacle_at_pick", "placed_object_moved")
-"""Those that can be dealt with; `none` and `random` (or `random:N`) stand beside them."""
+SOLVABLE = (
+    "drop",
+    "obstacle_at_place",
+    "obstacle_at_pick",
+    "placed_object_moved",
+    "object_moved",
+    "base_blocked",
+    "destination_shifted",
+)
+"""Those that can be dealt with; `none` and `random` (or `random:N`), which draws from them, stand beside them."""
+UNSOLVABLE = ("object_taken", "impossible")
+"""Those after which a run can only end as UNSOLVABLE; they come when asked for, never by `random`."""
+NAMES = SOLVABLE + UNSOLVABLE
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """Not before all of this: a simulated time; the k-th grasp of the run (`grasp`); a share from 0 to 1 of what is
+    then carried being carried over (`transfer`); the `count`-th success of an action (`after`, a template's name)."""
+
+    time_s: float = 0.0
+    grasp: int = 0
+    transfer: float = 0.0
+    after: str = ""
+    count: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class DisturbanceSpec:
+    """One disturbance to come. `target`, the thing or place that it is about, and `when` are drawn by the seed where
+    they are None. It comes at the first moment from `when` on at which it breaks something."""
+
+    name: str
+    target: str | None = None
+    when: When | None = field(default=None)
 
 
 def draw(wanted: str, rng: Chance, names: tuple[str, ...] = NAMES) -> tuple[str, ...]:
@@ -23,27 +68,28 @@ def draw(wanted: str, rng: Chance, names: tuple[str, ...] = NAMES) -> tuple[str,
     `names` are those that apply. E061 an unknown one, E062 one that does not apply here.
     """
     drawn: list[str] = []
+    solvable = [n for n in names if n in SOLVABLE]
     for part in wanted.split(","):
         name, _, count = part.strip().partition(":")
         if name == "none":
             continue
-        if name == "random" and names and _counted(part, count):
+        if name == "random" and solvable and _counted(part, count):
             n = int(count or 1)
             pool: list[str] = []
             for _ in range(n):
-                pool = pool or list(names)
+                pool = pool or list(solvable)
                 drawn.append(pool.pop(rng.integers(len(pool))))
         elif name in names and not count:
             drawn.append(name)
         elif (name in NAMES and not count) or (name == "random" and _counted(part, count)):
-            raise _does_not_apply(name)
+            raise does_not_apply(name)
         else:
             close = nearest(part, (*names, "none", "random"))
             raise LlmbtError(
                 Diagnostic(
                     "E061",
                     f"unknown disturbance `{part}`",
-                    help=f"did you mean {', '.join(close)}?" if close else f"known: none, random, {', '.join(names)}",
+                    help=f"did you mean {', '.join(close)}?" if close else f"known: none, random, {', '.join(NAMES)}",
                     candidates=close,
                 ),
                 exit_code=ExitCode.BAD_INPUT,
@@ -55,121 +101,55 @@ def _counted(part: str, count: str) -> bool:
     return part.strip() == "random" or (count.isdigit() and int(count) > 0)
 
 
-def applicable(domain: Domain, facts: Facts, goals: tuple[Condition, ...]) -> tuple[str, ...]:
-    """The disturbances that can come about in a task: after its first grasp, before its end, and dealt with."""
-    still = [g for g in goals if g.name == "On" and not g.negated and g not in facts]
-    slots = [g for g in still if domain.fits(g.args[1], "slot")]
-    able = {
-        "drop": bool(still),
-        "obstacle_at_place": bool(slots),
-        "obstacle_at_pick": len(still) > 1,
-        "placed_object_moved": len(slots) > 1,
-    }
-    return tuple(n for n in NAMES if able[n])
-
-
-def _does_not_apply(name: str) -> LlmbtError:
-    hint = "there are too few things left to be placed"
+def does_not_apply(name: str) -> LlmbtError:
+    """E062."""
+    hint = {
+        "base_blocked": "the robot of this scene does not drive",
+        "obstacle_at_place": "nothing is left to be placed where an obstacle could take the room",
+        "destination_shifted": "nothing is left to be placed on what can shift",
+    }.get(name, "there are too few things left to be placed")
     return LlmbtError(Diagnostic("E062", f"`{name}` does not apply here", help=hint))
 
 
-@dataclass(frozen=True, slots=True)
-class _Setting:
-    domain: Domain
-    facts: Facts
-    goals: tuple[Condition, ...]
-    rng: Chance
-    obstacle: str = "obstacle_1"
-
-    def open(self) -> list[Condition]:
-        return [g for g in self.goals if g.name == "On" and not g.negated and g not in self.facts]
-
-    def pick(self, goals: list[Condition]) -> Condition:
-        return goals[int(self.rng.integers(len(goals)))]
-
-    def region(self) -> str:
-        regions = self.domain.by_type.get("region", ()) or self.domain.by_type["place"]
-        plain = [r for r in regions if not self.domain.fits(r, "buffer")]
-        return (plain or list(regions))[0]
-
-    def on(self, thing: str, place: str) -> Facts:
-        return frozenset(self.domain.upward(Condition("On", (thing, place))))
+# -- what applies --------------------------------------------------------------------------------------------------
 
 
-def symbolic_events(
-    names: tuple[str, ...],
-    domain: Domain,
-    facts: Facts,
-    goals: tuple[Condition, ...],
-    rng: Chance,
-) -> tuple[Event, ...]:
-    """The named disturbances as events on facts, each on an event of the task. E062 where one does not apply."""
-    setting, obstacles = _Setting(domain, facts, goals, rng), 0
-    made: dict[str, Callable[[_Setting], Event | None]] = {
-        "drop": _drop,
-        "obstacle_at_place": _obstacle_at_place,
-        "obstacle_at_pick": _obstacle_at_pick,
-        "placed_object_moved": _placed_object_moved,
+def drives(domain: Domain) -> bool:
+    """Whether the robot is somewhere, and may be elsewhere."""
+    return "Near" in domain.library.conditions
+
+
+def open_goals(facts: Facts, goals: tuple[Condition, ...]) -> tuple[Condition, ...]:
+    """The things that are still to be placed."""
+    return tuple(g for g in goals if g.name == "On" and not g.negated and g not in facts)
+
+
+def can_be_filled(domain: Domain, place: str) -> bool:
+    """Whether one obstacle can take the room of a place: a slot, or where the robot has to drive to."""
+    return domain.fits(place, "slot") or ("slot" not in domain.library.types and domain.fits(place, "location"))
+
+
+def can_shift(domain: Domain, place: str) -> bool:
+    """People move, and what has slots may be pushed."""
+    return domain.fits(place, "slot") or domain.fits(place, "person")
+
+
+def applicable(domain: Domain, facts: Facts, goals: tuple[Condition, ...]) -> tuple[str, ...]:
+    """The disturbances that can come about in a task, before its end: where the robot stands still after its first
+    grasp, so that most need a second thing to be placed."""
+    still = open_goals(facts, goals)
+    filled = [g for g in still if can_be_filled(domain, g.args[1])]
+    shifted = [g for g in still if can_shift(domain, g.args[1])]
+    enough = len(still) > 1 or (drives(domain) and bool(still))
+    able = {
+        "drop": bool(still),
+        "obstacle_at_place": bool(filled),
+        "obstacle_at_pick": enough,
+        "placed_object_moved": len(still) > 1 and bool(filled),
+        "object_moved": enough,
+        "base_blocked": drives(domain) and bool(still),
+        "destination_shifted": bool(shifted) and (len(shifted) > 1 or drives(domain)),
+        "object_taken": enough,
+        "impossible": bool(filled),
     }
-    events = []
-    for name in names:
-        if name.startswith("obstacle"):
-            obstacles += 1  # one thing is in one place
-            setting = replace(setting, obstacle=f"obstacle_{obstacles}")
-        event = made[name](setting)
-        if event is None:
-            raise _does_not_apply(name)
-        events.append(event)
-    return tuple(events)
-
-
-def _drop(s: _Setting) -> Event | None:
-    if not s.open():
-        return None
-    thing = s.pick(s.open()).args[0]
-    held = Condition("Holding", (thing,))
-    adds = s.on(thing, s.region()) | {Condition("HandEmpty")}
-    return Event(1, frozenset({held}), adds, (held,), "drop", thing)
-
-
-def _obstacle_at_place(s: _Setting) -> Event | None:
-    slots = [g for g in s.open() if s.domain.fits(g.args[1], "slot")]
-    if not slots:
-        return None
-    thing, place = s.pick(slots).args
-    free = Condition("Free", (place,))
-    adds = s.on(s.obstacle, place) | {Condition("Clear", (s.obstacle,))}
-    return Event(1, frozenset({free}), adds, (Condition("Holding", (thing,)), free), "obstacle_at_place", place)
-
-
-def _obstacle_at_pick(s: _Setting) -> Event | None:
-    waiting = s.open()
-    if len(waiting) < 2:
-        return None
-    first, later = waiting[0], s.pick(waiting[1:])
-    thing = later.args[0]
-    clear = Condition("Clear", (thing,))
-    where = next((f.args[1] for f in sorted(s.facts) if f.name == "On" and f.args[0] == thing), s.region())
-    adds = s.on(s.obstacle, where if not s.domain.fits(where, "slot") else s.region()) | {
-        Condition("Blocks", (s.obstacle, thing)),
-        Condition("Clear", (s.obstacle,)),
-    }
-    return Event(
-        1,
-        frozenset({clear}),
-        adds,
-        (Condition("Holding", (first.args[0],)), clear),
-        "obstacle_at_pick",
-        thing,
-    )
-
-
-def _placed_object_moved(s: _Setting) -> Event | None:
-    slots = [g for g in s.open() if s.domain.fits(g.args[1], "slot")]
-    if len(slots) < 2:
-        return None
-    goal = s.pick(slots[:-1])
-    thing, place = goal.args
-    adds = s.on(thing, s.region()) | {Condition("Free", (place,))}
-    when = (goal, Condition("HandEmpty"))
-    return Event(1, s.on(thing, place) - adds, adds, when, "placed_object_moved", thing)
+    return tuple(n for n in NAMES if able[n])

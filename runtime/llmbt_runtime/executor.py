@@ -6,21 +6,24 @@ predicts the tree is certified anew from them, changed only if that fails (docs/
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from llmbt_atl.state import Domain, GroundAction, apply
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, holds, satisfied
 from llmbt_ir.tree import Tree
+from llmbt_runtime.engine.ticker import Ticker
+from llmbt_runtime.failures import Failures, shortfall
 from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
-from llmbt_runtime.search import OutOfBudget, Unsolvable
-from llmbt_runtime.tick import NodeStatus, tick
-from llmbt_runtime.update.loop import Grown, prune, update
+from llmbt_runtime.search import OutOfBudget, Planner, Unsolvable
+from llmbt_runtime.tick import NodeStatus
+from llmbt_runtime.update.loop import Grown, Kept, update
+from llmbt_runtime.update.prune import prune
 from llmbt_runtime.update.rollout import perceived
 from llmbt_runtime.world import ActionReport, Status, World, WorldLostError
 
-__all__ = ["Change", "Settings", "execute"]
+__all__ = ["Change", "Settings", "Updater", "execute"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,23 @@ class Settings:
     patience_ticks: int = 40
     settle_s: float = 0.5
     max_nodes: int = 400
+
+
+class Updater(Protocol):
+    """`llmbt_runtime.update.loop.update`, or what stands in its place."""
+
+    def __call__(
+        self,
+        tree: Tree,
+        domain: Domain,
+        facts: Facts,
+        goals: Goals,
+        *,
+        excluded: frozenset[ActionCall] = frozenset(),
+        budget: int = 200_000,
+        planner: Planner | None = None,
+    ) -> Kept | Grown | Unsolvable | OutOfBudget:
+        """The tree to run from an observed state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,13 +80,17 @@ def execute(
     keep: Callable[[Change], str],
     tell: Callable[[Happening], None] = lambda _: None,
     settings: Settings | None = None,
+    planner: Planner | None = None,
+    updater: Updater = update,
 ) -> Result:
     """Run a tree until the goals hold by the truth, or it is shown that they cannot be reached.
 
-    `keep` stores a changed tree before anything acts on it and returns the version's name; `tell` hears the story.
+    `keep` stores a changed tree before anything acts on it and returns the version's name; `tell` hears the story;
+    `planner` is asked in place of our own search; `updater` says what becomes of a tree (another than `update` is for
+    comparison only).
     KeyboardInterrupt is passed on after the world was halted.
     """
-    return _Run(world, domain, tree, goals, keep, tell, settings or Settings()).run()
+    return _Run(world, domain, tree, goals, keep, tell, settings or Settings(), planner, updater).run()
 
 
 class _Run:
@@ -81,18 +105,19 @@ class _Run:
         keep: Callable[[Change], str],
         tell: Callable[[Happening], None],
         settings: Settings,
+        planner: Planner | None,
+        updater: Updater,
     ) -> None:
         self.world, self.domain, self.tree, self.goals = world, domain, tree, goals
-        self.keep, self.tell, self.settings = keep, tell, settings
+        self.keep, self.tell, self.settings, self.planner, self.updater = keep, tell, settings, planner, updater
+        self.ticker = Ticker()
         self.ticks = self.updates = self.planner_calls = self.expansions = 0
         self.executed: list[Executed] = []
         self.running: tuple[str, GroundAction, float] | None = None
         self.believed: Facts | None = None
         self.expected: Facts = frozenset()
-        self.failures: Counter[ActionCall] = Counter()
-        self.excluded: dict[ActionCall, Facts] = {}
-        self.exclusions: Counter[ActionCall] = Counter()
-        self.last_failure = ""
+        self.began: Facts = frozenset()
+        self.failures = Failures(settings.attempts)
         self.told_disturbances = 0
 
     # -- the loop -------------------------------------------------------------------------------------------------
@@ -109,8 +134,9 @@ class _Run:
             return self.end(Outcome.INTERRUPTED, "interrupted by the user")
         except WorldLostError as lost:
             return self.end(Outcome.WORLD_LOST, str(lost))
+        under_way = f"; {self.running[1].call} is under way" if self.running else ""
         self.stop("the guard on ticks")
-        return self.end(Outcome.BUDGET, f"no end after {self.ticks} ticks")
+        return self.end(Outcome.BUDGET, f"no end after {self.ticks} ticks{under_way}")
 
     def step(self) -> Result | None:
         """One tick of the tree; None while there is more to do."""
@@ -124,7 +150,7 @@ class _Run:
                 self.advance()
                 return None
             facts = self.look()
-        record = tick(self.tree, facts)
+        record = self.ticker.tick(self.tree, facts)
         if record.status is NodeStatus.SUCCESS:
             self.stop("the goals hold")
             return self.check_success()
@@ -160,6 +186,7 @@ class _Run:
     def begin(self, node: str, call: ActionCall) -> None:
         action = self.domain.action(call)
         assert action is not None
+        self.began = self.world.observe()
         self.world.start(call)
         self.running = (node, action, self.world.time_s)
         self.say("started", str(call), action=str(call), node=node)
@@ -169,31 +196,19 @@ class _Run:
         assert self.running is not None
         _, action, since = self.running
         self.running = None
-        result, reason = report.status.value, report.reason
         observed = self.world.observe()
-        missing = sorted(action.adds - observed)
-        if report.status is Status.SUCCESS and missing:
-            result, reason = "FAILURE", f"post_not_reached: {missing[0]}"
+        reason = shortfall(action, self.began, observed, report) or self.failures.came_back(observed)
+        result = "FAILURE" if reason else "SUCCESS"
         self.executed.append(Executed(action.call, result, reason, since, self.world.time_s))
-        self.say(
-            "ended",
-            f"{action.call}: {result}" + (f" ({reason})" if reason else ""),
-            result=result,
-            reason=reason,
-        )
-        if result == "SUCCESS":
-            self.failures.pop(action.call, None)
-            self.exclusions.pop(action.call, None)
-            if self.believed is not None:
-                self.believed = self.expected = apply(action, self.believed)
+        text = f"{action.call}: {result}" + (f" ({reason})" if reason else "")
+        self.say("ended", text, result=result, reason=reason)
+        if reason:
+            self.believed = None
+            self.failures.failure(action.call, reason, observed)
             return
-        self.believed = None
-        self.failures[action.call] += 1
-        self.last_failure = f"{action.call} failed: {reason or 'no reason given'}"
-        if self.failures[action.call] >= self.settings.attempts:
-            self.excluded[action.call] = observed
-            self.exclusions[action.call] += 1
-            del self.failures[action.call]
+        self.failures.success(action.call)
+        if self.believed is not None:
+            self.believed = self.expected = apply(action, self.believed)
 
     def stop(self, why: str) -> None:
         """Halt the running action and wait until it has come out of its contact phase."""
@@ -235,12 +250,12 @@ class _Run:
                 self.install(found, facts)
             return None
         # the tree does not serve: stop, and let things come to rest before anything is concluded
-        asked = facts, frozenset(self.excluded)
+        asked = facts, frozenset(self.failures.excluded)
         self.stop("the tree no longer leads to the goals")
         facts = self.calm()
         if satisfied(self.goals, facts):
             return self.check_success()
-        if (facts, frozenset(self.excluded)) != asked:
+        if (facts, frozenset(self.failures.excluded)) != asked:
             found = self.updated(facts)
         if found is None:
             return None
@@ -249,9 +264,11 @@ class _Run:
             return None
         if isinstance(found, OutOfBudget):
             return self.end(Outcome.BUDGET, f"no plan within {self.settings.budget} expansions")
-        if self.excluded:
-            names = ", ".join(str(c) for c in self.excluded)
-            return self.end(Outcome.ACTION_FAILED, f"{self.last_failure}; without {names} no plan is left")
+        if self.failures.excluded:
+            anyway = self.asked(facts, frozenset())
+            if not isinstance(anyway, Unsolvable):
+                return self.end(Outcome.ACTION_FAILED, self.failures.told())
+            found = anyway
         return self.end(Outcome.UNSOLVABLE, found.reason, found.goals)
 
     def goes_on(self, found: Grown) -> bool:
@@ -279,7 +296,7 @@ class _Run:
 
     def prune(self, found: Grown, facts: Facts) -> None:
         """Take out what the certificate does not run, as a version of its own."""
-        excluded = frozenset(self.excluded)
+        excluded = frozenset(self.failures.excluded)
         smaller = prune(self.tree, self.domain, facts, self.goals, found.certificate, excluded=excluded)
         if smaller is not None:
             cause = f"the tree has {len(self.tree)} nodes, more than {self.settings.max_nodes}"
@@ -289,22 +306,38 @@ class _Run:
 
     def updated(self, facts: Facts) -> Grown | Unsolvable | OutOfBudget | None:
         """What the update loop says of the tree from these facts; None where it serves as it is."""
+        self.failures.forgive(facts)
+        found = self.asked(facts, frozenset(self.failures.excluded))
+        if isinstance(found, Kept):
+            self.note_deviation(facts)
+            self.accept(facts)
+            return None
+        return found
+
+    def asked(self, facts: Facts, excluded: frozenset[ActionCall]) -> Kept | Grown | Unsolvable | OutOfBudget:
+        """What the update loop says without some actions; what the search for it cost is noted."""
         self.domain = self.domain.for_state(facts)
-        self.forgive(facts)
-        found = update(
+        found = self.updater(
             self.tree,
             self.domain,
             facts,
             self.goals,
-            excluded=frozenset(self.excluded),
+            excluded=excluded,
             budget=max(0, self.settings.budget - self.expansions),
+            planner=self.planner,
         )
-        if isinstance(found, (Grown, Unsolvable, OutOfBudget)):
+        if not isinstance(found, Kept):
             self.planner_calls += found.planner_calls if isinstance(found, Grown) else len(self.goals)
             self.expansions += found.expansions
-            return found
-        self.accept(facts)
-        return None
+        return found
+
+    def note_deviation(self, facts: Facts) -> None:
+        """Tell what was not predicted and needs no other tree."""
+        under_way = self.running[1].deletes if self.running else frozenset()
+        began, ended = facts - self.expected, self.expected - facts - under_way
+        if self.expected and (began or ended):
+            text = f"{self.cause(began, ended)}: the tree serves as it is"
+            self.say("deviation", text, began=[str(f) for f in sorted(began)], ended=[str(f) for f in sorted(ended)])
 
     def accept(self, facts: Facts) -> None:
         self.believed = self.expected = facts
@@ -321,19 +354,11 @@ class _Run:
             facts = now
         return facts
 
-    def forgive(self, facts: Facts) -> None:
-        """An excluded action may be tried again once what is known of its arguments has changed, but not for ever:
-        what fails may itself be what changes them."""
-        for call, then in list(self.excluded.items()):
-            about = {f for f in facts ^ then if set(f.args) & set(call.args)}
-            if about and self.exclusions[call] < self.settings.attempts:
-                del self.excluded[call]
-
     def cause(self, began: Facts, ended: Facts) -> str:
         """The difference between what was expected and what is observed, in words."""
         parts = [f"no longer {self.some(ended)}"] if ended else []
         parts += [f"now {self.some(began)}"] if began else []
-        return "; ".join(parts) or self.last_failure or "the tree failed"
+        return "; ".join(parts) or self.failures.last or "the tree failed"
 
     def some(self, facts: Facts) -> str:
         """A few facts; what another of them implies by containment is left out."""

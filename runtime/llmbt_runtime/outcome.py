@@ -15,12 +15,14 @@ __all__ = ["Executed", "Happening", "Outcome", "Result"]
 class Outcome(StrEnum):
     """SUCCESS: the goals hold by the truth, at rest. UNSOLVABLE: proved from the last observed state, by these
     templates. BUDGET: the search's budget, or the guard on ticks, is spent. ACTION_FAILED: what would lead on failed
-    three times, and nothing else leads on."""
+    three times, and nothing else leads on. TREE_FAILED: a tree that was ticked as it stands returned FAILURE, or
+    SUCCESS while a goal does not hold."""
 
     SUCCESS = "SUCCESS"
     UNSOLVABLE = "UNSOLVABLE"
     BUDGET = "BUDGET"
     ACTION_FAILED = "ACTION_FAILED"
+    TREE_FAILED = "TREE_FAILED"
     INTERRUPTED = "INTERRUPTED"
     WORLD_LOST = "WORLD_LOST"
 

@@ -15,7 +15,7 @@ from llmbt_ir.tree_xml import GoalRecord, Provenance, write_tree
 from llmbt_ir.versions import VersionStore, sha256, version_name, write_atomic
 from llmbt_runtime.executor import Change
 from llmbt_runtime.outcome import Happening, Result
-from llmbt_runtime.update.local import Step
+from llmbt_runtime.update.step import Step
 from llmbt_runtime.world import World
 
 __all__ = ["RunFolder", "result_document", "signatures_of", "write_result"]

@@ -6,6 +6,7 @@ done; its hold-conditions last until then. So a tree sees the same order of thin
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -21,7 +22,9 @@ __all__ = ["Event", "SymbolicWorld"]
 class Event:
     """Something from outside: at a tick, or at the first tick from it on at which `when` holds, facts end and begin.
 
-    It fires once. Containment is spelt out by the caller (`Domain.upward`).
+    It fires once, and of a `group` one fires. Containment is spelt out by the caller (`Domain.upward`). It also waits
+    until so many things have been grasped, until a held thing has been carried over by a share of the running action
+    (`transfer`), and until the action named `after` has succeeded `count` times.
     """
 
     tick: int
@@ -30,6 +33,11 @@ class Event:
     when: tuple[Condition, ...] = ()
     name: str = "event"
     target: str = ""
+    grasps: int = 0
+    transfer: float = 0.0
+    after: str = ""
+    count: int = 1
+    group: str = ""
 
 
 class SymbolicWorld:
@@ -44,18 +52,23 @@ class SymbolicWorld:
         ticks: tuple[int, int] = (1, 8),
         failure_rate: float = 0.0,
         events: Iterable[Event] = (),
+        goals: tuple[Condition, ...] = (),
     ) -> None:
-        """`ticks` bounds how long an action lasts, both included."""
+        """`ticks` bounds how long an action lasts, both included; a disturbance is over once a goal about its target
+        holds, too."""
         self._domain = domain
         self._facts = facts
         self._rng = rng
         self._ticks = ticks
         self._failure_rate = failure_rate
         self._events = tuple(events)
+        self._goals = goals
         self._log: tuple[Disturbed, ...] = ()
         self._now = 0
         self._running: GroundAction | None = None
-        self._left = 0
+        self._left = self._lasts = 0
+        self._grasps = 0
+        self._succeeded: Counter[str] = Counter()
         self._failing = False
         self._suspended: Facts = frozenset()
 
@@ -86,10 +99,10 @@ class SymbolicWorld:
         if self._running is not None:
             raise RuntimeError("an action is running")
         self._running = ground
-        self._left = int(self._rng.integers(self._ticks[0], self._ticks[1] + 1))
+        self._left = self._lasts = int(self._rng.integers(self._ticks[0], self._ticks[1] + 1))
         self._failing = bool(self._rng.random() < self._failure_rate) or not applicable(ground, self._facts)
         touched = ground.deletes | ground.adds
-        positive = frozenset(c for c in ground.start if not c.negated)
+        positive = frozenset(c for c in ground.start if not c.negated) - frozenset(ground.hold)
         self._suspended = positive & touched & self._facts
         if not self._failing:
             self._facts = self._facts - self._suspended
@@ -122,13 +135,16 @@ class SymbolicWorld:
             return ActionReport(Status.FAILURE, "failed" if self._failing else f"lost {broken[0]}")
         self._suspended = frozenset()
         self._facts = apply(action, self._facts)
+        self._grasps += any(f.name == "Holding" for f in action.adds)
+        self._succeeded[action.call.name] += 1
         self._recovered()
         return ActionReport(Status.SUCCESS)
 
     def _fire(self) -> None:
-        waiting = []
+        waiting: list[Event] = []
+        fired: set[str] = set()
         for event in self._events:
-            if event.tick > self._now or not all(holds(c, self._facts) for c in event.when):
+            if event.group in fired or not self._due(event):
                 waiting.append(event)
                 continue
             before = self._facts
@@ -136,12 +152,23 @@ class SymbolicWorld:
             self._suspended = self._suspended - event.removes
             broke = tuple(sorted(before - self._facts))
             self._log = (*self._log, Disturbed(event.name, event.target, self.time_s, broke))
-        self._events = tuple(waiting)
+            fired |= {event.group} if event.group else set()
+        self._events = tuple(e for e in waiting if e.group not in fired)
+
+    def _due(self, event: Event) -> bool:
+        if event.tick > self._now or event.grasps > self._grasps:
+            return False
+        if event.transfer and (self._running is None or 1 - self._left / self._lasts < event.transfer):
+            return False
+        if event.after and self._succeeded[event.after] < event.count:
+            return False
+        return all(holds(c, self._facts) for c in event.when)
 
     def _recovered(self) -> None:
+        reached = {arg for g in self._goals if holds(g, self._facts) for arg in g.args}
         self._log = tuple(
             replace(d, recovered_at_s=self.time_s)
-            if d.recovered_at_s is None and d.broke and set(d.broke) <= self._facts
+            if d.recovered_at_s is None and d.broke and (set(d.broke) <= self._facts or d.target in reached)
             else d
             for d in self._log
         )

@@ -11,7 +11,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tests.bench.clock import Ledger, process, python, section
-from tests.bench.planners import planning
+from tests.bench.engines import ticking
+from tests.bench.planners import planning, trees
 
 CANONICAL = "Please sort the cargo by colour: green on shelf level 1, yellow on level 2, red on level 3."
 LLMBT = str(Path(__file__).resolve().parents[2] / ".venv" / "bin" / "llmbt")
@@ -88,11 +89,12 @@ def tagging() -> None:
 
 if __name__ == "__main__":
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--only", choices=["starting", "tagging", "executing", "planning"], default=None)
+    parts = (starting, tagging, executing, ticking, planning, trees)
+    options.add_argument("--only", choices=[p.__name__ for p in parts], default=None)
     wanted = options.parse_args().only
     print("# Benchmarks\n")
     machine = f"{platform.machine()}, {os.cpu_count()} cores that may be shared"
     print(f"Printed by `make bench` on {datetime.now(UTC).date()}, {machine}: medians with their range.")
-    for part in (starting, tagging, executing, planning):
+    for part in parts:
         if wanted in (None, part.__name__):
             part()

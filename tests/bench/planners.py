@@ -67,15 +67,41 @@ def timed(command: list[str], work: Path, repeats: int) -> tuple[str, str]:
     return f"{sorted(times)[len(times) // 2]:.2f}", text
 
 
+CASES = {f"blocks {n}": (BLOCKS, blocks_problem(n, 1)) for n in (5, 10, 20, 50)} | {
+    f"places {n}/{k}": (PLACES, places_problem(n, k, 1)) for n, k in ((3, 5), (6, 9), (12, 16), (40, 60))
+}
+
+
+def trees(samples: int = 3_000) -> None:
+    """The trees that one plan gives, and how many plans nest."""
+    from llmbt_atl.pddl import import_domain, import_problem
+    from llmbt_runtime.search import Plan, search
+    from llmbt_runtime.update.chain import chain_tree
+    from llmbt_runtime.update.links import linked_tree
+    from tests.update.test_plan_trees import flat_chain, planned
+
+    with section("Trees of our plan: nodes along its causal links, as grouped rows, as rows one beside the other"):
+        print(f"{'problem':14}{'actions':>9}{'links':>9}{'grouped':>9}{'flat':>9}")
+        for title, (domain, text) in CASES.items():
+            problem = import_problem(text, import_domain(domain, "domain.pddl"))
+            plan = search(problem.domain, problem.facts, problem.goals[0])
+            assert isinstance(plan, Plan)
+            made = linked_tree(problem.goals, 0, plan.actions, problem.facts)
+            rows = len(chain_tree(problem.goals[0], plan.actions)), len(flat_chain(problem.goals[0], plan.actions))
+            links = len(made[0]) if made is not None else "-"
+            print(f"{title:14}{len(plan.actions):>9}{links:>9}{rows[0]:>9}{rows[1]:>9}", flush=True)
+        plans = [(p, plan) for p, plan in planned(range(samples))]
+        nested = sum(linked_tree(p.goals[:1], 0, plan, p.facts) is not None for p, plan in plans)
+        print(f"of {len(plans)} plans for random problems {nested} nest")
+
+
 def planning(repeats: int = 3) -> None:
     """Blocks and pick-and-place problems of growing size."""
     with section(
         "Planning: whole processes, seconds (median of 3), search alone, actions, nodes of the certified tree"
     ):
-        cases = {f"blocks {n}": (BLOCKS, blocks_problem(n, 1)) for n in (5, 10, 20, 50)}
-        cases |= {f"places {n}/{k}": (PLACES, places_problem(n, k, 1)) for n, k in ((3, 5), (6, 9), (12, 16), (40, 60))}
         print(f"{'problem':14}{'planner':20}{'process':>9}{'search':>9}{'actions':>9}{'nodes':>7}")
-        for title, texts in cases.items():
+        for title, texts in CASES.items():
             with tempfile.TemporaryDirectory() as name:
                 work = Path(name)
                 files = [str(work / "domain.pddl"), str(work / "problem.pddl")]

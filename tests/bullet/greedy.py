@@ -57,6 +57,9 @@ def decide(scene: Scene, facts: Facts, goals: tuple[Condition, ...]) -> ActionCa
             continue
         o, p = goal.args
         if Condition("Free", (p,)) not in facts:
+            for inside in _of(facts, "Obstructs"):
+                if inside.args[1] == p and (where := place_of(scene, facts, inside.args[0])) is not None:
+                    return ActionCall("clear_place", (inside.args[0], where, p, BUFFER))
             for there in _of(facts, "On"):
                 if there.args[1] == p:
                     return ActionCall("move_aside", (there.args[0], p, BUFFER))
@@ -111,7 +114,7 @@ def run(world: BulletWorld, goals: tuple[Condition, ...], limit_s: float = 400.0
         report = world.advance()
         episode.ticks += 1
         facts = world.observe()
-        carrying = action is not None and action.name in ("move_aside", "clear_away", "recover")
+        carrying = action is not None and action.name in ("move_aside", "clear_away", "clear_place", "recover")
         for fault in faults_in(facts, carrying=carrying):
             episode.faults.append(f"{world.time_s:.1f} s {fault}")
         nowhere = [

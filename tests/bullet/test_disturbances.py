@@ -13,8 +13,8 @@ import pytest
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import LlmbtError
 from llmbt_ir.scene import load_scene
-from llmbt_runtime.bullet.disturbances import DISTURBANCES, DisturbanceSpec
 from llmbt_runtime.bullet.world import BulletWorld
+from llmbt_runtime.disturbance import SOLVABLE, DisturbanceSpec
 
 
 def _load_greedy() -> ModuleType:
@@ -28,12 +28,17 @@ def _load_greedy() -> ModuleType:
 
 greedy = _load_greedy()
 
+DISTURBANCES = tuple(n for n in SOLVABLE if n != "base_blocked")
+"""Those of a robot that stands still."""
+
 SWAP = (Condition("On", ("object_1", "position_22")), Condition("On", ("object_3", "position_12")))
 KEY = {
     "drop": "Holding",
     "obstacle_at_pick": "Clear",
     "obstacle_at_place": "Free",
     "placed_object_moved": "On",
+    "object_moved": "On",
+    "destination_shifted": "On",
 }
 
 
@@ -53,7 +58,7 @@ def check(name: str, seed: int, scene: str = "cargo_sorting") -> BulletWorld:
         return world
     assert len(log) == 1
     entry = log[0]
-    assert entry.name == name if name != "random" else entry.name in DISTURBANCES
+    assert entry.name == name
     assert entry.fired_at_s > 1.0  # after the first grasp
     assert entry.recovered_at_s is not None
     assert any(c.name == KEY[entry.name] for c in entry.broke)
@@ -67,7 +72,7 @@ def test_canonical(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["cargo_sorting", "cargo_swap"])
-@pytest.mark.parametrize("name", ["none", "random", *DISTURBANCES])
+@pytest.mark.parametrize("name", ["none", *DISTURBANCES])
 def test_five_seeds(name: str, scene: str) -> None:
     for seed in range(5):
         check(name, seed, scene)

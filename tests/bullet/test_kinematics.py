@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
+from llmbt_ir.scene import load_scene
 from llmbt_runtime.bullet.client import BulletClient
 from llmbt_runtime.bullet.kinematics import JOINT_LIMITS, solve_one, tip_of
 from llmbt_runtime.bullet.motion import brake, plan_line
-from llmbt_runtime.bullet.robot import TIP, load_panda
+from llmbt_runtime.bullet.robot import load_robot
 
 
 def test_agrees_with_the_model_of_the_robot() -> None:
     client = BulletClient()
-    robot = load_panda(client, (0, 0, 0), 0.0, visible=False)
+    scene = replace(load_scene("cargo_sorting"), robot_xyz_m=(0.0, 0.0, 0.0))
+    loaded = load_robot(client, scene, visible=False)
+    robot, joints = loaded.body, loaded.joints
     rng = np.random.default_rng(0)
     reached = 0
     for _ in range(300):
@@ -25,8 +29,8 @@ def test_agrees_with_the_model_of_the_robot() -> None:
         reached += 1
         assert np.all((q >= JOINT_LIMITS[:, 0]) & (q <= JOINT_LIMITS[:, 1]))
         for j, value in enumerate(q.tolist()):
-            client.resetJointState(robot, j, value)
-        state = client.getLinkState(robot, TIP, computeForwardKinematics=1)
+            client.resetJointState(robot, joints.arm[j], value)
+        state = client.getLinkState(robot, joints.tip, computeForwardKinematics=1)
         rotation = np.array(client.getMatrixFromQuaternion(state[5])).reshape(3, 3)
         assert np.allclose(state[4], pose[:3], atol=1e-6)
         assert np.allclose(tip_of(q)[:3], pose[:3], atol=1e-9)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError
+from llmbt_ir.geometry import Viewpoint
 from llmbt_ir.scene import Scene, load_scene, parse_scene, read_scene, scene_names, to_semantic_map
 from llmbt_ir.semantic_map import parse_map, write_map
 
@@ -53,6 +54,14 @@ def test_the_map_leaves_parked_obstacles_out_and_survives_writing() -> None:
     again = parse_map(write_map(semantic_map))
     assert [p.id for p in again.places] == [p.id for p in scene.places]
     assert [o.place for o in again.objects] == [o.place for o in semantic_map.objects]
+
+
+def test_left_and_right_are_the_robots_unless_a_viewer_is_declared() -> None:
+    assert to_semantic_map(load_scene("cargo_sorting")).viewpoint == Viewpoint("robot", (0.0, 0.0, 0.4), 0.0)
+    viewer = '<Viewer of="guest" xyz_m="2 0 0" yaw_rad="3.14"/></Scene>'
+    seen = to_semantic_map(parse_scene(text().replace("</Scene>", viewer).encode()))
+    assert seen.viewpoint == Viewpoint("guest", (2.0, 0.0, 0.0), 3.14)
+    assert [d.code for d in faults(text().replace("</Scene>", '<Viewer of="guest"/></Scene>'))] == ["E006"]
 
 
 def test_unknown_scene_names_its_nearest() -> None:

@@ -351,7 +351,7 @@ PROGRAM = """
 import hashlib
 from llmbt_ir.condition import ActionCall
 from llmbt_ir.scene import load_scene
-from llmbt_runtime.bullet.disturbances import DisturbanceSpec
+from llmbt_runtime.disturbance import DisturbanceSpec
 from llmbt_runtime.bullet.world import BulletWorld
 from llmbt_ir.condition import Condition
 goals = (Condition("On", ("object_1", "position_12")), Condition("On", ("object_2", "position_13")))

@@ -68,7 +68,7 @@ def replied(llmbt, tmp_path, reply):
         ("1. Place object 77 on position 12.", 5, "E301", "object_"),
         ("1. Place object 1 on position 99.", 5, "E302", "position_"),
         ("1. Place the green block on position 12.", 5, "E304", "object_1"),
-        ("1. Place object 1 on position 12.\n2. Place object 2 on position 12.", 3, "E341", "object_2"),
+        ("1. Place object 1 on position 12.\n2. Place object 2 on position 12.", 3, "E343", "object_2"),
         ("QUESTION: Which block do you mean?", 5, "E140", "Which block"),
         ("Thank you, have a nice day!", 1, "E11", ""),
         ("1. Wait for ten seconds.", 1, "E340", ""),

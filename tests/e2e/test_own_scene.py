@@ -23,4 +23,6 @@ def test_the_depot(llmbt, tmp_path, world):
     answer = llmbt("run", REQUEST, *order)
     assert answer.code == 0, answer.out
     assert [(g["name"], g["args"]) for g in answer.json["goals"]] == GOALS
-    assert answer.json["actions"][0]["name"] == "move_aside", "the tin stands where the tea is to go"
+    first = answer.json["actions"][0]
+    assert (first["name"], first["args"][0]) == ("pick", "spice_tin"), "the tin stands where the tea is to go"
+    assert len(answer.json["actions"]) == 6, "it goes where it belongs at once"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +14,13 @@ from llmbt_ir.scene import load_scene
 from llmbt_ir.tree import goal_tree
 from llmbt_runtime.bullet.world import BulletWorld
 from llmbt_runtime.executor import Settings, execute
-from llmbt_runtime.outcome import Outcome
-from llmbt_runtime.symbolic import SymbolicWorld
-from llmbt_runtime.world import ActionReport, World, WorldLostError
+from llmbt_runtime.outcome import Outcome, Result
+from llmbt_runtime.symbolic import Event, SymbolicWorld
+from llmbt_runtime.world import ActionReport, Status, World, WorldLostError
 from tests.strategies import CANONICAL, canonical_cargo, domain_for
+from tests.strips import Op, Strips, random_strips
+
+C = Condition
 
 GOALS = (CANONICAL,)
 
@@ -81,3 +86,126 @@ def test_a_goal_that_nothing_brings_about() -> None:
     assert found.outcome is Outcome.UNSOLVABLE
     assert found.unsolvable == goals[0]
     assert not found.actions
+
+
+# -- never a spin ----------------------------------------------------------------------------------------------------
+
+
+class Silent(SymbolicWorld):
+    """Every action says that it succeeded, and nothing happened."""
+
+    def advance(self) -> ActionReport:
+        report = super().advance()
+        if report.status is Status.SUCCESS:
+            self._facts = self.before
+        return report
+
+    def start(self, action: ActionCall) -> None:
+        self.before = self._facts
+        super().start(action)
+
+
+class Undone(SymbolicWorld):
+    """Everything that is done is undone again, a tick later and for ever."""
+
+    def advance(self) -> ActionReport:
+        before = self._facts | self._suspended
+        running = self._running is not None
+        self._facts = getattr(self, "then", self._facts) if not running else self._facts
+        report = super().advance()
+        if report.status is Status.SUCCESS:
+            self.then = before
+        return report
+
+
+def ended(problem: Strips, kind: type[SymbolicWorld], events: tuple[Event, ...] = (), **limits: int) -> Result:
+    world = kind(problem.domain, problem.facts, np.random.default_rng(1), events=events)
+    tree = goal_tree(problem.goals)
+    return execute(world, problem.domain, tree, problem.goals, keep=lambda _: "v", settings=Settings(**limits))
+
+
+def test_a_world_in_which_nothing_happens_though_it_says_so() -> None:
+    """All that could lead on is tried three times, and then it is said."""
+    cargo = canonical_cargo()
+    domain = domain_for(cargo)
+    world = Silent(domain, cargo.facts(), np.random.default_rng(0))
+    found = execute(world, domain, goal_tree(GOALS), GOALS, keep=lambda _: "v")
+    assert found.outcome is Outcome.ACTION_FAILED
+    tries = Counter(a.call for a in found.actions)
+    assert set(tries.values()) == {3} and len(tries) <= len(domain.actions)
+    assert "pick(object_1, sorting_area) failed 3 times (post_not_reached: Holding(object_1))" in found.reason
+    assert found.ticks < 2_000
+
+
+def test_what_only_ends_something_and_does_not_is_noticed() -> None:
+    ops = (Op("clean", (), (), frozenset(), frozenset({C("dirty")})),)
+    found = ended(Strips(ops, frozenset({C("dirty")}), ((~C("dirty"),),)), Silent)
+    assert found.outcome is Outcome.ACTION_FAILED
+    assert [a.result for a in found.actions] == ["FAILURE"] * 3
+    assert found.reason == "clean failed 3 times (post_not_reached: not dirty); without it no plan is left"
+
+
+@pytest.mark.parametrize("kind", [Silent, Undone])
+def test_no_world_makes_it_spin(kind: type[SymbolicWorld]) -> None:
+    """Random problems whose actions do nothing, or are undone again and again: all end, long before the guard."""
+    outcomes = Counter(
+        ended(random_strips(random.Random(seed)), kind, max_ticks=20_000).outcome.value for seed in range(150)
+    )
+    assert set(outcomes) <= {"SUCCESS", "UNSOLVABLE", "ACTION_FAILED"}
+    assert outcomes["ACTION_FAILED"] > 20
+
+
+def test_unsolvable_is_said_where_it_is_so_though_an_action_failed() -> None:
+    """`try` always fails and is left out; then what both ways need is lost: no failure is to blame for that."""
+
+    class Stubborn(SymbolicWorld):
+        def start(self, action: ActionCall) -> None:
+            super().start(action)
+            self._failing = True
+
+    ops = tuple(Op(n, (), (C("tool"),), frozenset({C("done")}), frozenset()) for n in ("try", "other"))
+    problem = Strips(ops, frozenset({C("tool")}), ((C("done"),),))
+    lost = Event(25, frozenset({C("tool")}), frozenset())
+    found = ended(problem, Stubborn, (lost,))
+    assert found.outcome is Outcome.UNSOLVABLE and found.unsolvable == (C("done"),)
+    assert found.reason == "done cannot be reached from here: nothing brings done about here (try would need tool)"
+    assert ended(problem, Stubborn).outcome is Outcome.ACTION_FAILED
+
+
+GO = Strips((Op("go", (), (), frozenset({C("there")}), frozenset()),), frozenset(), ((C("there"),),))
+
+
+def test_what_stands_in_the_way_of_an_action_is_named() -> None:
+    class Blocked(SymbolicWorld):
+        def advance(self) -> ActionReport:
+            report = super().advance()
+            if report.status is Status.SUCCESS and self.time_s < 100:
+                self._facts = self.before
+                return ActionReport(Status.FAILURE, "not_approachable", "obstacle_7")
+            return report
+
+        def start(self, action: ActionCall) -> None:
+            self.before = self._facts
+            super().start(action)
+
+    found = ended(
+        Strips((Op("go", (), (), frozenset({C("there")}), frozenset()),), frozenset(), ((C("there"),),)), Blocked
+    )
+    assert found.outcome is Outcome.ACTION_FAILED
+    assert found.reason == (
+        "go failed 3 times (not_approachable, obstacle_7 is in the way); without it no plan is left"
+    )
+
+
+def test_an_action_without_end_is_named() -> None:
+    class Endless(SymbolicWorld):
+        def advance(self) -> ActionReport:
+            self._left += 1
+            return super().advance()
+
+    found = ended(
+        Strips((Op("go", (), (), frozenset({C("there")}), frozenset()),), frozenset(), ((C("there"),),)),
+        Endless,
+        max_ticks=50,
+    )
+    assert (found.outcome, found.reason) == (Outcome.BUDGET, "no end after 50 ticks; go is under way")

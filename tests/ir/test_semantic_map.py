@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from llmbt_ir.diagnostics import LlmbtError
-from llmbt_ir.geometry import Pose
+from llmbt_ir.geometry import Pose, Viewpoint
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap, parse_map, read_map, write_map
 
 LENGTH = st.integers(-100_000, 100_000).map(lambda n: n / 10_000)
@@ -23,11 +23,12 @@ def maps(draw: st.DrawFn) -> SemanticMap:
     ids = draw(st.lists(st.from_regex(r"[A-Za-z0-9_\-]{1,12}", fullmatch=True), min_size=1, max_size=8, unique=True))
     cut = draw(st.integers(0, len(ids)))
     places, objects = ids[:cut], ids[cut:]
-    made = tuple(
-        MapPlace(p, draw(TEXT), "slot", draw(st.sampled_from([None, *places[:i]])), draw(st.booleans()))
-        for i, p in enumerate(places)
-    )
     triple = st.tuples(LENGTH, LENGTH, LENGTH)
+    surface = st.one_of(st.just((None, (0.0, 0.0))), st.tuples(triple, st.tuples(LENGTH, LENGTH)))
+    made = tuple(
+        MapPlace(p, draw(TEXT), "slot", draw(st.sampled_from([None, *places[:i]])), draw(st.booleans()), 0, *on)
+        for i, (p, on) in enumerate((p, draw(surface)) for p in places)
+    )
     things = tuple(
         MapObject(
             o,
@@ -40,7 +41,8 @@ def maps(draw: st.DrawFn) -> SemanticMap:
         )
         for o in objects
     )
-    return SemanticMap("s", "cargo_sorting", things, made)
+    viewpoint = Viewpoint(draw(TEXT), draw(triple), draw(LENGTH))
+    return SemanticMap("s", "cargo_sorting", things, made, viewpoint=viewpoint)
 
 
 @given(maps())

@@ -54,13 +54,13 @@ def without_lines(library: Library) -> Library:
 def test_classics_are_solved(name: str) -> None:
     domain, problem = CLASSICS[name]
     given_ = import_problem(problem, import_domain(domain, f"{name}.pddl"))
-    result = search(given_.domain, given_.facts, given_.goals)
+    result = search(given_.domain, given_.facts, given_.goals[0])
     assert isinstance(result, Plan)
     here = given_.facts
     for action in result.actions:
         assert applicable(action, here)
         here = apply(action, here)
-    assert all(holds(g, here) for g in given_.goals)
+    assert all(holds(g, here) for g in given_.goals[0])
 
 
 @pytest.mark.parametrize("name", CLASSICS)
@@ -182,10 +182,10 @@ def test_names_are_mangled_and_mapped_back() -> None:
     assert list(library.templates) == ["paint_", "strip", "Inverter_", "swap"]
     assert library.parameters("paint_") == ("name_", "c")
     given_ = import_problem(CLASSICS["paint"][1], library)
-    result = search(given_.domain, given_.facts, given_.goals)
+    result = search(given_.domain, given_.facts, given_.goals[0])
     assert isinstance(result, Plan)
     assert "(paint p2 blue)" in [pddl_call(library, a.call) for a in result.actions]
-    assert [pddl_fact(library, g) for g in given_.goals][:2] == ["(painted p1 red)", "(not (painted p1 blue))"]
+    assert [pddl_fact(library, g) for g in given_.goals[0]][:2] == ["(painted p1 red)", "(not (painted p1 blue))"]
     assert Condition("Sequence_", ("p1",)) in given_.facts
 
 
@@ -205,12 +205,16 @@ def test_goals_that_exclude_each_other() -> None:
     domain, problem = CLASSICS["gripper"]
     both = problem.replace("(:goal (and", "(:goal (and (at ball1 rooma)")
     given_ = import_problem(both, import_domain(domain, "gripper.pddl"))
-    result = search(given_.domain, given_.facts, given_.goals)
+    result = search(given_.domain, given_.facts, given_.goals[0])
     assert isinstance(result, Unsolvable)
     assert result.goals == (Condition("at", ("ball1", "rooma")), Condition("at", ("ball1", "roomb")))
 
 
 HEAD = "(define (domain d)\n (:requirements :strips)\n (:predicates (p ?x) (q ?x))\n"
+
+
+MANY = [f"?x{i}" for i in range(9)]
+ORS = f"(and {' '.join(f'(or (p {x}) (q {x}))' for x in MANY)})"
 
 
 def act(pre: str, effect: str, params: str = "?x ?y") -> str:
@@ -224,14 +228,27 @@ def act(pre: str, effect: str, params: str = "?x ?y") -> str:
         ("(define (problem d))", "E090", 1, "does not define a domain"),
         ("", "E090", 0, "no definition"),
         ("x", "E090", 1, "expected"),
-        ("(define (domain d)\n (:requirements :strips\n :adl) (:predicates (p)))", "E091", 3, ":adl"),
+        ("(define (domain d)\n (:requirements :strips\n :fluents) (:predicates (p)))", "E091", 3, ":fluents"),
         ("(define (domain d)\n (:derived (p) (q)))", "E092", 2, ":derived"),
         ("(define (domain d)\n (:durative-action a))", "E092", 2, ":durative-action"),
-        (act("(or (p ?x) (q ?x))", "(p ?y)"), "E092", 5, "disjunction"),
+        (act("(p ?x)", "(or (p ?y) (q ?y))"), "E092", 6, "`or` cannot be an effect"),
+        (act(ORS, "(p ?x0)", " ".join(MANY)), "E092", 5, "more than 256 alternatives"),
         (act("(forall (?z) (p ?z))", "(p ?y)"), "E092", 5, "quantifier"),
         (act("(p ?x)", "(and (p ?y)\n (when (p ?x) (q ?x)))"), "E092", 7, "conditional effect"),
-        (act("(not (and (p ?x)))", "(p ?y)"), "E092", 5, "`and`"),
-        (act("(= ?x ?y)", "(p ?y)"), "E092", 5, "(not (= ?x ?y))"),
+        (act("(or (p ?x) (exists (?z) (p ?z)))", "(p ?y)"), "E092", 5, "quantifier"),
+        (act("(not (p ?x) (q ?x))", "(p ?y)"), "E090", 5, "`not` takes one"),
+        (act("(= ?x)", "(p ?y)"), "E095", 5, "`=` takes 2"),
+        (act("(= ?x nowhere)", "(p ?y)"), "E093", 5, "unknown constant `nowhere`"),
+        (act("(= ?x ?z)", "(p ?y)"), "E093", 5, "unknown parameter `?z`"),
+        (act("(p ?x)", "(= ?x ?y)"), "E092", 6, "`=` cannot be an effect"),
+        (act("(>= (p ?x) 3)", "(p ?y)"), "E092", 5, "fluent"),
+        (act("(at start (p ?x))", "(p ?y)"), "E092", 5, "time"),
+        (
+            act("(p ?x)", "(q ?y)")[:-1] + "\n (:action GO :parameters () :effect (p ?x)))",
+            "E094",
+            7,
+            "`GO` is declared",
+        ),
         (act("(r ?x)", "(p ?y)"), "E093", 5, "unknown predicate `r`"),
         (act("(p ?z)", "(p ?y)"), "E093", 5, "unknown parameter `?z`"),
         (act("(p a)", "(p ?y)"), "E093", 5, "unknown constant `a`"),
@@ -258,7 +275,13 @@ def test_what_is_not_supported_says_so(text: str, code: str, line: int, word: st
         ("(at c1 l2)", "(att c1 l2)", "E093", "unknown predicate `att`"),
         ("(at c1 l2)", "(at c1)", "E095", "takes 2 arguments and not 1"),
         ("(at c1 l2)", "(at l1 l2)", "E095", "is a location and not a car"),
-        ("(at c1 l2)", "(or (at c1 l2))", "E092", "`or` is not supported here"),
+        ("(at-ferry l1)", "(or (at-ferry l1))", "E092", "`or` is not supported here"),
+        ("(and (at c1 l2)", "(and (when (at c1 l2) (at c1 l3))", "E092", "`when` is not supported here"),
+        ("(and (at c1 l2)", "(at c1 l2) (and", "E090", "a :goal is one condition"),
+        ("(at c1 l2)", "(= c1)", "E095", "`=` takes 2 arguments"),
+        ("(at c1 l2)", "(= c1 c7)", "E093", "unknown object `c7`"),
+        ("(at c1 l2)", "(exists (x) (at c1 l2))", "E090", "a variable begins with `?`"),
+        ("(at c1 l2)", "(exists (?x - lorry) (at c1 ?x))", "E093", "unknown type `lorry`"),
         ("- car", "- lorry", "E093", "unknown type `lorry`"),
         ("(:goal", "(:gaol", "E092", ":gaol"),
     ],

@@ -13,6 +13,10 @@ from typing import Any
 import pytest
 
 from llmbt_atl.library import Library, load_library
+from llmbt_compiler.pipeline import Context, compile_request
+from llmbt_compiler.reasoning.chat import Reply, Settings, Transport
+from llmbt_compiler.reasoning.dialogue import Dialogue
+from llmbt_compiler.reasoning.steps import Steps
 from llmbt_ir.geometry import Pose
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
 
@@ -117,6 +121,29 @@ def endpoint() -> Iterator[Endpoint]:
     server.shutdown()
     server.server_close()
     thread.join()
+
+
+@dataclass(frozen=True)
+class Talk:
+    """A dialogue as far as the text filter: what it came to, every turn, and the answers that were not asked for."""
+
+    result: Steps
+    reply: Reply
+    dialogue: Dialogue
+    unused: tuple[str, ...]
+
+
+@pytest.fixture
+def talk(cargo: SemanticMap, library: Library) -> Callable[..., Talk]:
+    """Have the dialogue about a request; a question that stays open is the error E140."""
+
+    def run(request: str, answers: list[str], settings: Settings, transport: Transport) -> Talk:
+        left = list(answers)
+        context = Context(request, cargo, library, transport, settings, corrections=0)
+        done = compile_request(context, stop_after="filter", consult=lambda _: left.pop(0) if left else None)
+        return Talk(done.values["filter"], done.values["reason"], done.dialogue, tuple(left))
+
+    return run
 
 
 @pytest.fixture

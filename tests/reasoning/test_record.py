@@ -11,9 +11,7 @@ import pytest
 from llmbt_compiler.reasoning.author import author
 from llmbt_compiler.reasoning.cassette import read_cassette
 from llmbt_compiler.reasoning.chat import Record, Replay, Settings, ask, endpoint_kind, request_body
-from llmbt_compiler.reasoning.dialogue import converse
 from llmbt_compiler.reasoning.prompt import build_prompt
-from llmbt_compiler.reasoning.steps import Question, Steps
 
 REQUEST = "Put the red block on position 32."
 KEY = "sk-very-secret-0123456789"
@@ -222,17 +220,15 @@ def test_authored_words_are_not_mixed_with_a_models(endpoint, prompt, tape, carg
     refused("E132", lambda: author(REQUEST, cargo, library, [STEPS], tape.cassette))
 
 
-def test_a_dialogue_is_recorded_as_one(endpoint, cargo, library, tape):
+def test_a_dialogue_is_recorded_as_one(endpoint, talk, tape, refused):
     endpoint.says("QUESTION: Which green block?")
     endpoint.says("1. Put object 2 on position 21.")
-    prompt = build_prompt("Put the green block on position 21.", cargo, library)
-    first = converse(prompt, [], settings(endpoint), tape)
-    assert isinstance(first.result, Question)
-    second = converse(prompt, ["object 2"], settings(endpoint), tape)
-    assert isinstance(second.result, Steps)
-    assert [r.replayed for _, r in second.turns] == [True, False]
-    assert len(endpoint.requests) == 2
+    request = "Put the green block on position 21."
+    refused("E140", lambda: talk(request, [], settings(endpoint), tape))
+    done = talk(request, ["object 2"], settings(endpoint), tape)
+    assert [s.text for s in done.result.steps] == ["Put object 2 on position 21."]
+    assert len(endpoint.requests) == 2, "the first turn was in the file by then"
     assert [m["role"] for m in endpoint.requests[1]["messages"]] == ["system", "user", "assistant", "user"]
     assert len(read_cassette(tape.cassette).turns) == 2
-    played = converse(prompt, ["object 2"], Settings(), Replay(tape.cassette))
-    assert played.result == second.result
+    played = talk(request, ["object 2"], Settings(), Replay(tape.cassette))
+    assert played.result == done.result

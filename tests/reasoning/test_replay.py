@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from llmbt_compiler.pipeline import Context, compile_request
 from llmbt_compiler.reasoning.author import author, author_all, read_replies
 from llmbt_compiler.reasoning.cassette import body_hash, find, read_cassette, render_cassette, session
 from llmbt_compiler.reasoning.chat import (
@@ -23,9 +24,7 @@ from llmbt_compiler.reasoning.chat import (
     no_network,
     request_body,
 )
-from llmbt_compiler.reasoning.dialogue import converse
 from llmbt_compiler.reasoning.prompt import build_prompt
-from llmbt_compiler.reasoning.steps import Question, Steps
 from llmbt_ir.diagnostics import ExitCode
 
 REQUEST = "Put the red block on position 32."
@@ -320,7 +319,7 @@ def test_no_network_gives_back_what_it_took():
 # --- dialogues and the shipped recordings -------------------------------------------------------------------
 
 
-def test_a_question_an_answer_and_the_steps(cargo, library, tmp_path, refused):
+def test_a_question_an_answer_and_the_steps(cargo, library, tmp_path, refused, talk):
     path = tmp_path / "which.yaml"
     author(
         "Put the green block on position 21.",
@@ -330,20 +329,28 @@ def test_a_question_an_answer_and_the_steps(cargo, library, tmp_path, refused):
         path,
         answers=["object 2"],
     )
-    prompt = build_prompt("Put the green block on position 21.", cargo, library)
-    asked = converse(prompt, [], Settings(), Replay(path))
-    assert isinstance(asked.result, Question)
-    assert asked.result.text == "Which green block?"
-    done = converse(prompt, ["object 2"], Settings(), Replay(path))
-    assert isinstance(done.result, Steps)
-    assert [len(p.messages) for p, _ in done.turns] == [2, 4]
-    assert converse(prompt, ["object 2", "left"], Settings(), Replay(path)).unused == ("left",)
-    refused("E101", lambda: converse(prompt, ["object 4"], Settings(), Replay(path)))
+    request = "Put the green block on position 21."
+    error = refused("E140", lambda: talk(request, [], Settings(), Replay(path)))
+    assert error.exit_code is ExitCode.UNCLEAR
+    assert "Which green block?" in error.diagnostics[0].title
+    assert error.diagnostics[0].candidates == ("object_1", "object_2", "object_4")
+    done = talk(request, ["object 2"], Settings(), Replay(path))
+    assert [t.kind for t in done.dialogue.turns] == ["request", "reply", "question", "answer", "reply"]
+    assert [s.text for s in done.result.steps] == ["Put object 2 on position 21."]
+    assert talk(request, ["object 2", "left"], Settings(), Replay(path)).unused == ("left",)
+    refused("E101", lambda: talk(request, ["object 4"], Settings(), Replay(path)))
 
 
 def test_turns_must_alternate(cargo, library, tmp_path, refused):
-    error = refused("E131", lambda: author(REQUEST, cargo, library, ["a", "b"], tmp_path / "x.yaml"))
-    assert error.exit_code is ExitCode.USAGE
+    """A second reply needs a question and its answer, or a first one that cannot be carried out."""
+    path = tmp_path / "x.yaml"
+    for replies, answers in (([REPLY, REPLY], []), ([REPLY], ["object 2"]), (["QUESTION: Which?", REPLY], [])):
+        error = refused("E131", lambda r=replies, a=answers: author(REQUEST, cargo, library, r, path, answers=a))
+        assert error.exit_code is ExitCode.USAGE
+    made = author(REQUEST, cargo, library, ["1. Put object 9 on position 32.", REPLY], path)
+    assert [len(t.messages) for t in made.cassette.turns] == [2, 4]
+    assert "the scene has no object `object 9`" in made.cassette.turns[1].messages[-1][1]
+    assert made.cassette.provenance.outcome == "On(object_6, position_32)"
 
 
 def test_authoring_spares_what_is_no_authored_cassette(cargo, library, tmp_path, refused):
@@ -385,11 +392,12 @@ def test_shipped_recordings_are_what_the_replies_make(tmp_path):
 
 @pytest.mark.parametrize("dialogue", read_replies(ROOT / "fixtures/replies/replies.xml"), ids=lambda d: d.name)
 def test_shipped_recordings_answer(dialogue):
-    prompt = build_prompt(dialogue.request, *_scene(dialogue.scene))
-    done = converse(prompt, dialogue.answers, Settings(), Replay())
-    assert isinstance(done.result, Steps)
+    left = list(dialogue.answers)
+    context = Context(dialogue.request, *_scene(dialogue.scene), Replay(), corrections=0)
+    done = compile_request(context, stop_after="filter", consult=lambda _: left.pop(0) if left else None)
+    assert done.values["filter"].steps
     assert done.reply.provenance.authored
-    assert done.unused == ()
+    assert left == []
 
 
 def test_faults_in_the_list_of_replies_have_lines(tmp_path, refused):

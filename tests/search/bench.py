@@ -77,7 +77,7 @@ from llmbt_runtime.search import Plan, search
 library = import_domain(Path(sys.argv[1]).read_text(), "d")
 p = import_problem(Path(sys.argv[2]).read_text(), library)
 start = time.perf_counter()
-result = search(p.domain, p.facts, p.goals)
+result = search(p.domain, p.facts, p.goals[0])
 spent = time.perf_counter() - start
 print("search", spent, "expanded", result.expansions)
 if isinstance(result, Plan):

@@ -16,9 +16,10 @@ from hypothesis import strategies as st
 from llmbt_atl.state import Domain, applicable, apply
 from llmbt_ir.condition import ActionCall, Condition, Facts, holds
 from llmbt_runtime.search import OutOfBudget, Plan, Unsolvable, h_add, search
+from llmbt_runtime.search.grounding import task_of
 from llmbt_runtime.search.mutex import mutexes_of
 from llmbt_runtime.search.problem import Problem, problem_of
-from llmbt_runtime.search.task import task_of
+from tests.strips import Op, Strips
 
 from .random_problems import Sample, ground_facts, samples
 
@@ -92,6 +93,7 @@ def test_the_compiled_actions_are_those_of_the_domain(sample: Sample) -> None:
         assert {task.facts[f] for f in op.deletes} == a.deletes
         ground = task.ground(i)
         assert (ground.call, ground.adds, ground.deletes, ground.rank) == (a.call, a.adds, a.deletes, a.rank)
+        assert (ground.start, ground.hold) == (a.start, a.hold)
 
 
 @FEW
@@ -124,8 +126,8 @@ def test_achievers_are_the_actions_that_bring_a_literal_about(sample: Sample) ->
             assert {a.call for a in domain.achievers(literal)} == set(all_)
             ranked = table.achievers(literal)
             reached = {c: a for c, a in all_.items() if table.total(dict.fromkeys(a.pre)) < inf}
-            assert {call for *_, call in ranked} == set(reached)
-            assert ranked == sorted(
+            assert all(table.action(r).call == r.call for r in ranked)
+            assert [(r.cost, r.ends, r.rank, r.call) for r in ranked] == sorted(
                 (table.total(dict.fromkeys(a.pre)), len(a.deletes), a.rank, c) for c, a in reached.items()
             )
 
@@ -174,6 +176,43 @@ def test_a_spent_budget_is_neither_a_plan_nor_a_proof() -> None:
     domain, facts, goals = blocks(8, 1)
     result = search(domain, facts, goals, budget=3)
     assert result == OutOfBudget(3)
+
+
+OPS = {
+    "buy_x": ("coin", "x", "coin"),
+    "buy_y": ("coin", "y", "coin"),
+    "win": ("luck", "fame", ""),
+    "be_lucky": ("fame", "luck", ""),
+    "light": ("match dry", "fire", "dry match"),
+    "pour": ("water", "wet", "fire"),
+    "stoke": ("wood", "fire", "wet"),
+    "draw": ("well", "water", "well"),
+    "warm": ("fire water", "tea", ""),
+}
+
+
+@pytest.mark.parametrize(
+    ("facts", "goals", "named", "why"),
+    [
+        ("coin", "x y", "x y", "each takes coin, and nothing brings that back"),
+        ("", "fame", "fame", "it takes luck, luck takes fame, which is a circle"),
+        ("", "x", "x", "nothing brings x about here (buy_x would need coin)"),
+        ("match", "tea", "tea", "it takes fire, nothing brings fire about here (light would need dry)"),
+        ("wood water", "wet fire", "wet fire", "whatever brings wet about ends fire, and the other way round"),
+        ("match dry well", "fire x", "x", "nothing brings x about here"),
+    ],
+)
+def test_what_stands_in_the_way_is_said(facts: str, goals: str, named: str, why: str) -> None:
+    def literals(text: str) -> frozenset[Condition]:
+        return frozenset(Condition(w) for w in text.split())
+
+    ops = tuple(Op(n, (), tuple(literals(pre)), literals(add), literals(end)) for n, (pre, add, end) in OPS.items())
+    problem = Strips(ops, literals(facts), (tuple(Condition(g) for g in goals.split()),))
+    found = search(problem.domain, problem.facts, problem.goals[0])
+    assert isinstance(found, Unsolvable)
+    assert {str(g) for g in found.goals} == set(named.split())
+    assert why in found.reason
+    assert all(str(g) in found.reason for g in found.goals)
 
 
 def test_a_thing_on_a_slot_is_on_what_contains_it() -> None:

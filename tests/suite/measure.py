@@ -48,6 +48,8 @@ class Row:
     planner_calls: int
     ms: float
     verified: bool
+    moves: int
+    linked: bool
     chained: bool
     violations: tuple[str, ...] = ()
 
@@ -80,7 +82,7 @@ def watched(episode: Episode) -> Watched:
     return world
 
 
-def measure(episode: Episode, events: int, method: str, *, check: bool = True) -> Row:
+def measure(episode: Episode, events: int, method: str, *, check: bool = True, limits: Limits = LIMITS) -> Row:
     """Run a method on an episode."""
     world, domain = watched(episode), episode.fresh()
     changes: list[tuple[int, Change]] = []
@@ -93,9 +95,10 @@ def measure(episode: Episode, events: int, method: str, *, check: bool = True) -
 
     with patch.object(loop, "search", counted):
         began = time.process_time()
-        found = run(method, world, domain, episode.goals, LIMITS, keep=lambda c: changes.append((len(world.starts), c)))
+        found = run(method, world, domain, episode.goals, limits, keep=lambda c: changes.append((len(world.starts), c)))
         ms = (time.process_time() - began) * 1000
     right, wrong = _verdict(episode, found, world)
+    kinds = [s.kind for _, c in changes for s in c.grown.steps]
     broken: tuple[str, ...] = ()
     if method == "loop" and check:
         broken = (*_judged(episode, found, right, wrong), *violations(episode, found, world, changes, calls))
@@ -119,7 +122,9 @@ def measure(episode: Episode, events: int, method: str, *, check: bool = True) -
         found.planner_calls,
         ms,
         episode.verified,
-        any(s.kind == "chain" for _, c in changes for s in c.grown.steps),
+        sum(k == "move" for k in kinds),
+        any(c.grown.planner_calls and any(s.kind == "goals" for s in c.grown.steps) for _, c in changes),
+        "chain" in kinds,
         broken,
     )
 

@@ -9,10 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from textwrap import dedent, indent
 
-from llmbt_atl.state import Domain
+from llmbt_atl.library import load_library
+from llmbt_atl.state import Domain, domain_of
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, parse_condition
+from llmbt_ir.scene import load_scene, to_semantic_map
 from llmbt_ir.tree import Kind, Node, Tree, goal_tree
-from llmbt_runtime.episodes.things import rooms_library
+from llmbt_runtime.initial import facts_of_map
 from llmbt_runtime.update.loop import Grown, update
 from llmbt_runtime.update.rollout import Certificate, rollout
 from tests.oracle import Cargo
@@ -122,34 +124,51 @@ AT_THE_PICK = """
         !place(object_3, position_22)
     """
 
-MILK = """
-    ->
-      ?
-        On(milk, user)
-        ->
-          ?
-            Holding(milk)
-            ->
-              HandEmpty
-              On(milk, kitchen)
-              ?
-                Clear(milk)
-                ->
-                  HandEmpty
-                  Blocks(box, milk)
-                  On(box, kitchen)
-                  Clear(box)
-                  ?
-                    Near(kitchen)
-                    !navigate(kitchen)
-                  !move_away(box, milk, kitchen)
-              Near(kitchen)
-              !pick(milk, kitchen)
-          ?
-            Near(user)
-            !navigate(user)
-          !place(milk, user)
+DRIVE = """
+        ?
+          Near({place})
+          ->
+            Clear({place})
+            !navigate({place})
     """
+ASIDE = """
+        ?
+          Clear(milk)
+          ->
+            HandEmpty
+            Blocks(obstacle_1, milk)
+            On(obstacle_1, bar)
+            Clear(obstacle_1)
+            Free(bar)
+            {near}
+            !clear_away(obstacle_1, milk, bar)
+    """
+WAY = """
+        ?
+          Near(bar)
+          ->
+            HandEmpty
+            Blocks(obstacle_3, bar)
+            Fallen(obstacle_3)
+            Clear(obstacle_3)
+            !clear_way(obstacle_3, bar)
+    """
+
+
+def brought(clear: str = "Clear(milk)", near: str = DRIVE.format(place="bar")) -> str:
+    """Milk from the bar to the user."""
+    lines = ["?", "  On(milk, user)", "  ->", "    ?", "      Holding(milk)", "      ->", "        HandEmpty"]
+    lines += ["        On(milk, bar)"]
+    for part in (clear, near, "!pick(milk, bar)"):
+        lines += indent(dedent(part).strip(), " " * 8).splitlines()
+    lines += ["    Free(user)", *indent(dedent(DRIVE.format(place="user")).strip(), " " * 4).splitlines()]
+    return "\n".join([*lines, "    !place(milk, user)"])
+
+
+def aside(near: str) -> str:
+    """What is before the milk goes out of the way first."""
+    wanted = indent(dedent(near).strip(), " " * 4).strip()
+    return dedent(ASIDE).strip().replace("{near}", wanted)
 
 
 @dataclass(frozen=True)
@@ -183,17 +202,24 @@ def _cargo(name: str, cargo: Cargo, goals: Goals, by_hand: str, before: Cargo | 
     return Scene(name, domain_for(cargo), cargo.facts(), goals, tree_of(by_hand), installed)
 
 
-def _milk() -> Scene:
-    types = {"milk": "object", "box": "obstacle", "kitchen": "location", "user": "location"}
-    facts = frozenset(
-        {
-            C("HandEmpty"), C("Near", ("user",)), C("On", ("milk", "kitchen")), C("On", ("box", "kitchen")),
-            C("Blocks", ("box", "milk")), C("Clear", ("box",)),
-        }
-    )  # fmt: skip
+def _household(name: str, by_hand: str, *, before: tuple[str, str] | None = None, later: bool = False) -> Scene:
+    """Milk for the user, in the shipped scene; with an obstacle `before` something, there from the start or turning up
+    once a tree is installed."""
+    semantic_map = to_semantic_map(load_scene("household"))
+    domain = domain_of(load_library("household"), semantic_map)
+    start = facts_of_map(domain, semantic_map)
     goals = ((C("On", ("milk", "user")),),)
-    domain = Domain(rooms_library(), types).for_state(facts)
-    return Scene("household: an obstacle before the milk", domain, facts, goals, tree_of(MILK))
+    facts = start
+    if before is not None:
+        obstacle, what = before
+        stands = C("On", (obstacle, "bar")) if what == "milk" else C("Fallen", (obstacle,))
+        facts = (start - {C("Clear", (what,))}) | {C("Blocks", before), C("Clear", (obstacle,)), stands}
+    installed = None
+    if later:
+        first = update(goal_tree(goals), domain, start, goals)
+        assert isinstance(first, Grown)
+        installed = first.tree
+    return Scene(f"household: {name}", domain.for_state(facts), facts, goals, tree_of(together(by_hand)), installed)
 
 
 def scenes() -> tuple[Scene, ...]:
@@ -219,5 +245,17 @@ def scenes() -> tuple[Scene, ...]:
         _cargo("canonical, obstacle at the place, object held", at_place, every, together(AT_THE_PLACE, *REST), start),
         _cargo("canonical, obstacle at the pick", at_pick, every, together(AT_THE_PICK, *REST_3), start),
         _cargo("canonical, object dropped", dropped, every, together(fell, *REST), start),
-        _milk(),
+        _household("milk for the user", brought()),
+        _household(
+            "an obstacle before the milk",
+            brought(aside(DRIVE.format(place="bar")), "Near(bar)"),
+            before=("obstacle_1", "milk"),
+        ),
+        _household(
+            "an obstacle turns up before the milk",
+            brought(aside(DRIVE.format(place="bar")), "Near(bar)"),
+            before=("obstacle_1", "milk"),
+            later=True,
+        ),
+        _household("an obstacle on the way to the bar", brought(near=WAY), before=("obstacle_3", "bar"), later=True),
     )

@@ -113,14 +113,16 @@ def costs(rows: list[Row]) -> str:
                         max(r.nodes for r in mine),
                         f"{fmean(r.actions for r in mine):.1f}",
                         f"{fmean(r.updates for r in mine):.2f}",
+                        f"{fmean(r.moves for r in mine):.2f}",
                         f"{fmean(r.planner_calls for r in mine):.2f}",
+                        sum(r.linked for r in mine),
                         sum(r.chained for r in mine),
                         f"{fmean(r.ms for r in mine):.1f}",
                     )
                 )
     head = (
-        "kind", "events", "fired", "failures", "nodes (median)", "nodes (most)", "actions", "updates", "planner calls",
-        "chains", "ms",
+        "kind", "events", "fired", "failures", "nodes (median)", "nodes (most)", "actions", "updates", "moves",
+        "planner calls", "links", "chains", "ms",
     )  # fmt: skip
     return table(head, body)
 
@@ -211,7 +213,8 @@ same-type rule puts the second goal's subtree into the first's, where it is not 
 {unsolvable}
 ### The whole loop
 
-`chains`: runs in which a plan had to be written as a chain.
+`moves`: subtrees moved by the local rule, and goals that came before others, in the versions of a run. `links` and
+`chains`: runs with a version made of a plan, along its causal links, or as a chain where these do not nest.
 
 {costs}
 ## Readability

@@ -17,6 +17,7 @@ from llmbt_ir.tree import Tree
 from llmbt_ir.tree_xml import write_tree
 from tests.strategies import SIGNATURES, deep_tree, trees
 from tests.tree.corpus import CLEAN, CORPUS, GUARD, MODEL, SEQ, other, tree
+from tests.tree.test_includes import CASES
 
 
 def codes(xml: str) -> list[str]:
@@ -45,7 +46,7 @@ def test_nothing_is_found_where_nothing_is_wrong(name: str) -> None:
 
 
 def test_every_code_has_a_file() -> None:
-    assert {c for wanted, _ in CORPUS.values() for c in wanted} == set(RULES)
+    assert {c for wanted, _ in (*CORPUS.values(), *CASES.values()) for c in wanted} == set(RULES)
 
 
 def test_the_line_the_columns_and_the_suggestion() -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import random
+from dataclasses import dataclass, field, replace
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from llmbt_ir.condition import ActionCall, Condition
@@ -125,6 +126,116 @@ def test_a_change_is_named(tree: Tree, data: st.DataObject) -> None:
     assert (only.id, only.before, only.content) == (node.id, replace(node, children=()), replace(other, children=()))
     assert not (edit.added or edit.removed or edit.moved)
     assert apply(edit, tree) == after
+
+
+# -- several edits at once -------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Script:
+    """A tree under edit, and what was done to it."""
+
+    tree: Tree
+    rng: random.Random
+    added: int = 0
+    moves: int = 0
+    touched: set[str] = field(default_factory=set)
+
+    def step(self) -> None:
+        """One random edit; nothing where the tree has no room for it."""
+        rest = [n.id for n in self.tree.preorder() if n.id != self.tree.root]
+        kind = self.rng.choice(["add", "add", "remove", "move", "move", "change"])
+        if kind == "add" and inner(self.tree):
+            self.add()
+        elif kind == "change":
+            self.change(self.rng.choice([self.tree.root, *rest]))
+        elif kind == "remove" and rest:
+            gone = self.rng.choice(rest)
+            if len(self.tree[self.tree.parents[gone]].children) > 1:
+                self.touched |= {n.id for n in self.tree.preorder(gone)}
+                self.tree = self.tree.without(gone)
+        elif kind == "move" and rest:
+            self.move(self.rng.choice(rest))
+
+    def add(self) -> None:
+        """A branch of two or three nodes."""
+        self.added += 1
+        top, leaf, other = f"+{self.added}", f"+{self.added}.1", f"+{self.added}.2"
+        branch = (
+            Node(top, self.rng.choice([Kind.SEQUENCE, Kind.FALLBACK]), (leaf, other)),
+            Node(leaf, Kind.CONDITION, condition=Condition(f"P{self.added % 6}")),
+            Node(other, Kind.ACTION, action=ActionCall("wave")),
+        )
+        self.touched |= {n.id for n in branch}
+        parent = self.rng.choice(inner(self.tree))
+        at = self.rng.randint(0, len(self.tree[parent].children))
+        self.tree = inserted(self.tree.with_nodes(*branch), parent, at, top)
+
+    def change(self, id_: str) -> None:
+        """Something else in its place."""
+        node = self.tree[id_]
+        self.touched.add(id_)
+        if node.children:
+            other = replace(node, kind=Kind.FALLBACK if node.kind is Kind.SEQUENCE else Kind.SEQUENCE)
+        else:
+            other = Node(id_, Kind.CONDITION, condition=Condition(f"P{self.rng.randrange(6)}", (), True))
+        self.tree = self.tree.with_nodes(other)
+
+    def move(self, id_: str) -> None:
+        """To another parent, or another place."""
+        branch = {n.id: n for n in self.tree.preorder(id_)}
+        if len(self.tree[self.tree.parents[id_]].children) == 1:
+            return
+        without = self.tree.without(id_)
+        parent = self.rng.choice(inner(without))
+        at = self.rng.randint(0, len(without[parent].children))
+        self.tree = inserted(without.with_nodes(*branch.values()), parent, at, id_)
+        self.moves += 1
+        self.touched.add(id_)
+
+
+def stays(tree: Tree, other: Tree, parent: str) -> int:
+    """Of a node's children that both trees have there, how many can keep their order: the longest common
+    subsequence, by its table."""
+    a, b = ([c for c in t[parent].children if c in u[parent].children] for t, u in ((tree, other), (other, tree)))
+    table = [[0] * (len(b) + 1) for _ in range(len(a) + 1)]
+    for i, x in enumerate(a):
+        for j, y in enumerate(b):
+            table[i + 1][j + 1] = table[i][j] + 1 if x == y else max(table[i][j + 1], table[i + 1][j])
+    return table[-1][-1]
+
+
+@settings(max_examples=120)
+@given(trees(), st.integers(0, 10_000), st.integers(1, 8))
+def test_of_several_edits_exactly_their_sum_is_named(first: Tree, seed: int, steps: int) -> None:
+    """Added, removed and changed are exactly the nodes that are; moved are those that have another parent, and of
+    those that have not, as few as their order allows. Nothing is named that no edit touched, but for neighbours of
+    what was moved."""
+    script = Script(first, random.Random(seed))
+    for _ in range(steps):
+        script.step()
+    second = reachable(script.tree)
+    edit = diff(first, second)
+    assert apply(edit, first) == second
+    a, b = set(first.nodes), set(second.nodes)
+    assert {e.id for e in edit.added} == b - a
+    assert {e.id for e in edit.removed} == a - b
+    bare = {i: (replace(first[i], children=()), replace(second[i], children=())) for i in a & b}
+    assert {e.id for e in edit.changed} == {i for i, (x, y) in bare.items() if x != y}
+    assert all(e.at == spot(second, e.id) for e in (*edit.added, *edit.moved))
+    assert all(e.at == spot(first, e.id) for e in edit.removed)
+    assert all(e.before == spot(first, e.id) for e in edit.moved)
+    elsewhere = {i for i in a & b if first.parents.get(i) != second.parents.get(i)}
+    within = {e.id for e in edit.moved} - elsewhere
+    assert elsewhere <= {e.id for e in edit.moved}
+    for parent in a & b:
+        same = {c for c in second[parent].children if first.parents.get(c) == parent}
+        assert len(within & same) == len(same) - stays(first, second, parent)
+    assert {e.id for e in (*edit.added, *edit.removed, *edit.changed)} | elsewhere <= script.touched
+    assert len(edit.moved) <= script.moves
+    back = diff(second, first)
+    assert ({e.id for e in back.added}, {e.id for e in back.removed}) == (a - b, b - a)
+    assert {e.id for e in back.changed} == {e.id for e in edit.changed}
 
 
 @given(trees(), trees())

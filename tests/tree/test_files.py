@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,8 +18,9 @@ from lxml import etree
 from llmbt.main import main
 from llmbt_ir.btcpp.document import parse_document
 from llmbt_ir.btcpp.match import matched_tables
-from llmbt_ir.diff import apply_table, diff_tables
-from llmbt_ir.tree import Tree
+from llmbt_ir.condition import ActionCall, Condition
+from llmbt_ir.diff import apply_table, diff, diff_tables
+from llmbt_ir.tree import Kind, Node, Tree
 from llmbt_ir.tree_xml import parse_tree, write_tree
 from tests.strategies import SIGNATURES, deep_tree, trees
 from tests.tree.corpus import CLEAN, CORPUS, GUARD, MODEL, SEQ, other, tree
@@ -100,6 +103,51 @@ def test_what_an_editor_saves_is_the_same_tree(made: Tree) -> None:
 def test_any_two_files_can_be_compared(first: Tree, second: Tree) -> None:
     a, b = (without_ids(write_tree(t, SIGNATURES)) for t in (first, second))
     changes(a, b)
+
+
+def distinct(rng: random.Random, depth: int = 3) -> Tree:
+    """A tree in which no two leaves are alike."""
+    nodes: dict[str, Node] = {}
+
+    def grow(level: int) -> str:
+        id_ = f"n{len(nodes)}"
+        nodes[id_] = Node(id_, Kind.CONDITION, condition=Condition("On", (id_, "place")))
+        if level and (level == depth or rng.random() < 0.6):
+            kind = rng.choice([Kind.SEQUENCE, Kind.FALLBACK])
+            nodes[id_] = Node(id_, kind, tuple(grow(level - 1) for _ in range(rng.randint(2, 4))))
+        return id_
+
+    return Tree(grow(depth), nodes)
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_an_edit_is_named_without_ids_too(seed: int) -> None:
+    """Where leaves can be told apart: one that is added, removed or changed, or moved to another parent."""
+    rng = random.Random(seed)
+    first = distinct(rng)
+    leaves = [n.id for n in first.preorder() if n.condition and len(first[first.parents[n.id]].children) > 2]
+    composites = [n.id for n in first.preorder() if n.children]
+    where = first[rng.choice(composites)]
+    new = Node("new", Kind.ACTION, action=ActionCall("wave"))
+    at = rng.randint(0, len(where.children))
+    second = first.with_nodes(new, replace(where, children=(*where.children[:at], "new", *where.children[at:])))
+    wanted = [("Added", "wave")]
+    if leaves and seed % 4:
+        leaf = rng.choice(leaves)
+        label = f"On(place=place, target={leaf})"
+        parent = first.parents[leaf]
+        away = first.without(leaf)
+        if seed % 4 == 1:
+            second, wanted = away, [("Removed", label)]
+        elif seed % 4 == 2:
+            other = Node(leaf, Kind.CONDITION, condition=Condition("On", (leaf, "elsewhere")))
+            second, wanted = first.with_nodes(other), [("Changed", f"On(place=elsewhere, target={leaf})")]
+        elif len(composites) > 1:
+            there = away[rng.choice([c for c in composites if c != parent])]
+            second = away.with_nodes(first[leaf], replace(there, children=(*there.children, leaf)))
+            wanted = [("Moved", label)]
+    a, b = (without_ids(write_tree(Tree(t.root, {n.id: n for n in t.preorder()}), SIGNATURES)) for t in (first, second))
+    assert changes(a, b) == wanted
 
 
 TWO = '<On target="a" place="b"/><Ok/>'
@@ -220,11 +268,39 @@ def test_the_git_driver_of_the_docs(kept: Path, tmp_path: Path) -> None:
     assert "5 added" in shown and "added" in shown.replace("5 added", "", 1)
 
 
-def test_a_text_diff_of_two_versions_is_small(kept: Path) -> None:
-    """One node a line, attributes in a fixed order: the tree's part of a `git diff` is the five nodes that came."""
-    v1, v2 = ((kept / "drop" / f"tree.v00{k}.xml").read_text().split("<TreeNodesModel>")[0] for k in (1, 2))
-    import difflib
+def git_lines(tmp_path: Path, first: bytes, second: bytes) -> list[str]:
+    """The lines that a plain `git diff` shows as added or taken away."""
+    for name, data in (("a.xml", first), ("b.xml", second)):
+        (tmp_path / name).write_bytes(data)
+    command = ["git", "diff", "--no-index", "--unified=0", "a.xml", "b.xml"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode in (0, 1), done.stderr
+    return [d for d in done.stdout.splitlines() if d[0] in "+-" and d[:3] not in ("+++", "---")]
 
-    changed = [d for d in difflib.ndiff(v1.splitlines(), v2.splitlines()) if d[0] in "+-"]
+
+def test_a_plain_git_diff_of_two_versions_is_small(kept: Path, tmp_path: Path) -> None:
+    """One node a line, attributes in a fixed order: the tree's part is the five nodes that came, and a closing tag."""
+    v1, v2 = ((kept / "drop" / f"tree.v00{k}.xml").read_bytes().split(b"<TreeNodesModel>")[0] for k in (1, 2))
+    changed = git_lines(tmp_path, v1, v2)
     assert len(changed) == 6
     assert {d[0] for d in changed} == {"+"}
+
+
+@pytest.mark.parametrize("seed", range(0, 60, 4))
+def test_a_plain_git_diff_is_no_larger_than_the_edit(seed: int, tmp_path: Path) -> None:
+    """A line for each node that came, went or is another, and one more for a composite's closing tag."""
+    rng = random.Random(seed)
+    first = distinct(rng)
+    second = first
+    for id_ in [n.id for n in first.preorder()][1 :: max(1, len(first) // 3)]:
+        if id_ not in second.nodes or len(second[second.parents[id_]].children) < 2:
+            continue
+        if rng.random() < 0.5:
+            second = second.without(id_)
+        elif not second[id_].children:
+            second = second.with_nodes(Node(id_, Kind.ACTION, action=ActionCall("wave")))
+    edit = diff(first, second)
+    assert edit
+    one, two = (write_tree(t, SIGNATURES).split(b"<TreeNodesModel>")[0] for t in (first, second))
+    closing = sum(bool(first[e.id].children) for e in edit.removed)
+    assert len(git_lines(tmp_path, one, two)) <= len(edit.removed) + closing + 2 * len(edit.changed)

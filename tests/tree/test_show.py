@@ -43,6 +43,8 @@ def test_statuses_in_the_recorded_state(
     assert told(capsys, "show", kept / "drop") == told(capsys, "show", kept / "drop" / "tree.v002.xml")
     coloured = told(capsys, "show", kept / "drop", "--colour", "always")
     assert "\x1b[32m(HandEmpty) ✓\x1b[0m" in coloured
+    assert "\x1b[31m(Holding(object_1)) ✗\x1b[0m" in coloured
+    assert "\x1b[33m[pick(object_1, workbench)] …\x1b[0m" in coloured
     assert re.sub("\x1b\\[[0-9]*m", "", coloured) == told(capsys, "show", kept / "drop")
     plain = told(capsys, "show", kept / "drop", "--plain")
     assert not set("✓✗…") & set(plain)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import itertools
 import json
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,11 +21,14 @@ from llmbt_ir.tree_xml import GoalRecord, Provenance, read_tree, write_tree
 from llmbt_ir.versions import VersionStore
 from llmbt_runtime.executor import Change
 from llmbt_runtime.record import RunFolder, signatures_of
+from llmbt_runtime.symbolic import SymbolicWorld
 from llmbt_runtime.update.chain import chain_tree
-from llmbt_runtime.update.local import Step
 from llmbt_runtime.update.loop import Grown
 from llmbt_runtime.update.rollout import Certificate
+from llmbt_runtime.update.step import Step
+from llmbt_runtime.world import ActionReport
 from tests.strategies import CANONICAL, canonical_cargo, cargo_library, domain_for
+from tests.tree.conftest import REQUEST
 
 
 def told(capsys: pytest.CaptureFixture[str], *arguments: str | Path, code: int = 0) -> str:
@@ -37,24 +42,111 @@ def test_the_log(kept: Path, golden: Callable[[str, str], None], capsys: pytest.
     golden("log_move.txt", told(capsys, "log", kept / "obstacle_at_place", "v002", "--patch"))
 
 
-def test_a_reader_can_retell_the_run(runs: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """What result.json says happened is in the log, in its order, under the version that did it."""
-    for name in ("drop", "obstacle_at_place"):
-        text = told(capsys, "log", runs / name)
-        result = json.loads((runs / name / "result.json").read_text())
-        at = 0
-        for action in result["actions"]:
-            line = f"{action['started_s']}-{action['ended_s']} s"
-            at = text.index(line, at)
-            assert f"{action['name']}({', '.join(action['args'])}): {action['result']}" in text[at:].splitlines()[0]
-        (disturbance,) = result["disturbances"]
-        assert f"{disturbance['fired_at_s']} s" in text
-        assert f"disturbance: {disturbance['name']} of {disturbance['target']}" in text
-        for k in range(result["versions"]):
-            assert f"\nv{k:03d}  " in text
-        assert f"{result['outcome']}; 6 of 6 goals hold ({result['ticks']} ticks" in text
-        for goal in result["goals"]:
-            assert f"{goal['name']}({', '.join(goal['args'])})   step " in text
+# -- retold ----------------------------------------------------------------------------------------------------------
+
+ROW = re.compile(r"^  (?P<head>\S.{11} |  {13}) *(?:(?P<since>[\d.]+)-)?(?P<time>[\d.]+) s +(?P<text>.*)$")
+VERSION = re.compile(r"^(v\d{3,})  tick (\d+), ([\d.]+) s: (.*?)   \((\d+) nodes")
+ENDING = re.compile(r"^([A-Z_]+)(?:: (.*))?; (\d+) of (\d+) goals hold \((\d+) ticks, ([\d.]+) s simulated, (\d+) ver")
+DISTURBED = re.compile(r"^  disturbed +(\w+) of (\w+) at ([\d.]+) s was (?:made good by ([\d.]+) s|never made good)$")
+
+
+def retold(text: str) -> dict[str, Any]:
+    """The run as a reader retells it who has nothing but the log."""
+    found: dict[str, Any] = {"versions": [], "actions": [], "observed": [], "disturbances": [], "goals": []}
+    for line in text.splitlines():
+        if match := VERSION.match(line):
+            name, tick, time, cause, nodes = match.groups()
+            found["versions"].append((name, int(tick), float(time), cause, int(nodes)))
+        elif match := ENDING.match(line):
+            found["end"] = match.groups()
+        elif match := DISTURBED.match(line):
+            name, target, fired, mended = match.groups()
+            found["disturbances"].append((name, target, float(fired), float(mended) if mended else None))
+        elif line.startswith("goal "):
+            found["goals"].append(line.split(None, 2)[2].split("   ")[0])
+        elif line.startswith("request  "):
+            found["request"] = line.removeprefix("request  ")
+        elif match := ROW.match(line):
+            said, time = match["text"], float(match["time"])
+            if said.startswith("observed: "):
+                found["observed"].append((time, said.removeprefix("observed: ")))
+            elif match["since"]:
+                call, _, result = said.partition(": ")
+                result, _, reason = result.partition(" (")
+                found["actions"].append((call, float(match["since"]), time, result, reason.removesuffix(")")))
+    return found
+
+
+def holds_against(folder: Path, text: str) -> None:
+    """The retold run against what the run itself wrote down."""
+    story = retold(text)
+    result = json.loads((folder / "result.json").read_text())
+    events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+    calls = [
+        (f"{a['name']}({', '.join(a['args'])})", a["started_s"], a["ended_s"], a["result"], a["reason"])
+        for a in result["actions"]
+    ]
+    assert story["actions"] == calls
+    assert story["observed"] == [(e["sim_time_s"], e["text"]) for e in events if e["kind"] == "deviation"]
+    assert story["disturbances"] == [
+        (d["name"], d["target"], d["fired_at_s"], d["recovered_at_s"]) for d in result["disturbances"]
+    ]
+    updates = [(e["version"], e["sim_time_s"], e["text"].partition(": ")[2]) for e in events if e["kind"] == "update"]
+    assert [(name, time, cause) for name, _, time, cause, _ in story["versions"]] == updates
+    records = [json.loads((folder / f"tree.{name}.json").read_text()) for name, _, _ in updates]
+    assert [(tick, nodes) for _, tick, _, _, nodes in story["versions"]] == [(r["tick"], r["nodes"]) for r in records]
+    holding = sum(g["holds"] for g in result["goals"])
+    assert story["end"] == (
+        result["outcome"],
+        result.get("reason"),
+        str(holding),
+        str(len(result["goals"])),
+        str(result["ticks"]),
+        str(result["sim_time_s"]),
+        str(result["versions"]),
+    )
+    assert story["goals"] == [f"{g['name']}({', '.join(g['args'])})" for g in result["goals"]]
+    assert story["request"] == result["request"]
+
+
+DISTURBANCES = ("drop", "obstacle_at_place", "obstacle_at_pick", "placed_object_moved")
+
+
+@pytest.mark.parametrize("disturb", [*DISTURBANCES, "random:3"])
+def test_a_run_is_retold_from_its_log_alone(disturb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for seed in range(3):
+        out = tmp_path / str(seed)
+        command = ["run", REQUEST, "--scene", "cargo_sorting", "-o", str(out), "--world", "symbolic", "-q"]
+        assert main([*command, "--disturb", disturb, "--seed", str(seed)]) == 0
+        holds_against(out, told(capsys, "log", out))
+
+
+def test_a_run_that_was_interrupted_is_retold_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    advance = SymbolicWorld.advance
+
+    def interrupted(self: SymbolicWorld) -> ActionReport:
+        if self.time_s == 2.0:
+            raise KeyboardInterrupt
+        return advance(self)
+
+    monkeypatch.setattr(SymbolicWorld, "advance", interrupted)
+    command = ["run", REQUEST, "--scene", "cargo_sorting", "-o", str(tmp_path), "--world", "symbolic", "-q"]
+    assert main(command) == 130
+    text = told(capsys, "log", tmp_path)
+    holds_against(tmp_path, text)
+    assert "  not reached   On(object_6, position_32)" in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("disturb", DISTURBANCES)
+def test_a_physical_run_is_retold_from_its_log_alone(
+    disturb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["run", REQUEST, "--scene", "cargo_sorting", "-o", str(tmp_path / "run"), "-q", "--disturb", disturb]
+    assert main(command) == 0
+    holds_against(tmp_path / "run", told(capsys, "log", tmp_path / "run"))
 
 
 def test_the_log_as_json(kept: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,7 @@ from llmbt_runtime.update.loop import Grown, Kept, update
 from llmbt_runtime.update.rollout import Certificate, Stuck, rollout
 from tests.oracle import Cargo, carry_out
 from tests.strategies import CANONICAL, SHELF, canonical_cargo, domain_for, draw_tree
+from tests.suite.scenes import scenes
 
 C = Condition
 Golden = Callable[[str, str], None]
@@ -168,3 +169,20 @@ def test_the_certificate_tells_every_predicted_state() -> None:
     assert isinstance(again, Certificate) and again == found.certificate
     assert again.states[0] == cargo.facts() and len(again.states) == len(again.actions) + 1
     assert len(set(again.states)) == len(again.states)
+
+
+def test_an_obstacle_turns_up_before_the_milk(golden: Golden) -> None:
+    """The household of section V.B, as shipped: the tree for the milk is kept, what is before the milk goes first."""
+    scene = next(s for s in scenes() if s.name == "household: an obstacle turns up before the milk")
+    assert scene.installed is not None
+    found = update(scene.installed, scene.domain, scene.facts, scene.goals)
+    assert isinstance(found, Grown) and found.planner_calls == 0
+    assert set(scene.installed.nodes) < set(found.tree.nodes)
+    assert [str(a) for a in found.certificate.actions] == [
+        "navigate(bar)",
+        "clear_away(obstacle_1, milk, bar)",
+        "pick(milk, bar)",
+        "navigate(user)",
+        "place(milk, user)",
+    ]
+    golden("household_milk.txt", story(found))

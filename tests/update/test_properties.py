@@ -11,7 +11,9 @@ from llmbt_ir.tree import Kind, Tree, goal_tree
 from llmbt_ir.tree_xml import parse_tree, write_tree
 from llmbt_runtime.record import signatures_of
 from llmbt_runtime.search import OutOfBudget, Unsolvable
-from llmbt_runtime.update.loop import Grown, Kept, imagine, update
+from llmbt_runtime.update.imagine import imagine
+from llmbt_runtime.update.links import linked_tree
+from llmbt_runtime.update.loop import Grown, Kept, update
 from llmbt_runtime.update.rollout import Certificate, rollout
 from tests.oracle import Cargo, carry_out, shortest
 from tests.strategies import cargo_goals, cargo_library, cargos, domain_for, layout, tasks
@@ -188,8 +190,6 @@ def test_ids_are_those_of_the_growth_not_of_the_run(task: tuple[Cargo, tuple[Con
 
 def test_the_goals_keep_their_ids_when_a_plan_reorders_them() -> None:
     """A plan that reaches g2 before g1 orders the tree so; g1 stays g1."""
-    from llmbt_runtime.update import loop
-
     cargo = Cargo(layout(1, 3), (("object_1", "sorting_area"), ("object_2", "sorting_area")))
     goal = (C("On", ("object_1", "position_11")), C("On", ("object_2", "position_12")))
     domain, state, plan = domain_for(cargo), cargo, []
@@ -205,11 +205,12 @@ def test_the_goals_keep_their_ids_when_a_plan_reorders_them() -> None:
         then = state.after(action.call)
         assert then is not None
         state = then
-    blocked = goal_tree((goal,)).without("g2")
-    found = loop._planned(blocked, domain, cargo.facts(), (goal,), 0, tuple(plan), frozenset(), 1, 0, ())
+    made = linked_tree((goal,), 0, tuple(plan), cargo.facts())
+    assert made is not None
+    tree, _ = made
+    assert [str(tree.head(c)) for c in tree[tree.root].children] == [str(goal[1]), str(goal[0])]
     for i, c in enumerate(goal, 1):
-        if f"g{i}" in found.tree.nodes:
-            assert found.tree[f"g{i}"].condition == c
+        assert tree[f"g{i}"].condition == c
 
 
 @settings(max_examples=20)

@@ -14,7 +14,10 @@ from llmbt_atl.library import Library
 from llmbt_ir.btcpp.nodes import BUILTIN
 from llmbt_ir.condition import ActionCall, Condition
 
-__all__ = ["mangled", "pddl_call", "pddl_fact", "words_of"]
+__all__ = ["EQUAL", "mangled", "pddl_call", "pddl_fact", "words_of"]
+
+EQUAL = "="
+"""The first word of a condition that stands for an equality."""
 
 _TAKEN = frozenset(
     n.lower()
@@ -44,14 +47,17 @@ def words_of(name: str, params: Iterable[str]) -> str:
 
 def pddl_call(library: Library, call: ActionCall) -> str:
     """A ground action as a PDDL plan has it: `(pick-up a)`."""
-    return _pddl(library.templates[call.name].words, call.name, call.args)
+    return _pddl(library.templates[call.name].words, call.name, library.parameters(call.name), call.args)
 
 
 def pddl_fact(library: Library, condition: Condition) -> str:
     """A ground literal as PDDL has it: `(not (on a b))`."""
-    fact = _pddl(library.conditions[condition.name].words, condition.name, condition.args)
+    declared = library.conditions[condition.name]
+    fact = _pddl(declared.words, condition.name, library.parameters(condition.name), condition.args)
     return f"(not {fact})" if condition.negated else fact
 
 
-def _pddl(words: str, name: str, args: tuple[str, ...]) -> str:
-    return f"({' '.join(((words.split() or [name])[0], *args))})"
+def _pddl(words: str, name: str, params: tuple[str, ...], args: tuple[str, ...]) -> str:
+    said = words.split() or [name, *(f"{{{p}}}" for p in params)]
+    of = {f"{{{p}}}": a for p, a in zip(params, args, strict=True)}
+    return f"({' '.join(of.get(w, w) for w in said)})"

@@ -5,26 +5,34 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 
 from llmbt_atl.library import Library
-from llmbt_atl.pddl.domain import OBJECT, typed
+from llmbt_atl.pddl.formula import Things, alternatives
+from llmbt_atl.pddl.names import EQUAL
 from llmbt_atl.pddl.reader import Group, Item, Source, Word, read, title_of
+from llmbt_atl.pddl.vocabulary import OBJECT, typed
 from llmbt_atl.state import Domain
 from llmbt_atl.template import ConditionType
-from llmbt_ir.condition import Condition, Facts
+from llmbt_ir.condition import Condition, Facts, Goals
 from llmbt_ir.diagnostics import LlmbtError, nearest
 
 __all__ = ["PddlProblem", "import_problem"]
 
+_REFUSED = ("and", "or", "not", "imply", "forall", "exists", "when", "at", "preference", "<", ">", "<=", ">=")
+
 
 @dataclass(frozen=True, slots=True)
 class PddlProblem:
-    """A problem: its name, the domain over its objects, the first state, and the goals, all of which are to hold."""
+    """A problem: its name, the domain over its objects, the first state, and the goals.
+
+    One of the goals' alternatives is to hold: `()` is one that always does, and without any the goal never does.
+    """
 
     name: str
     domain: Domain
     facts: Facts
-    goals: tuple[Condition, ...]
+    goals: Goals
 
 
 def import_problem(text: str, library: Library, source: str = "problem.pddl") -> PddlProblem:
@@ -40,7 +48,8 @@ def import_problem(text: str, library: Library, source: str = "problem.pddl") ->
 class _Problem:
     def __init__(self, source: Source, group: Group, library: Library) -> None:
         self.source, self.group, self.library = source, group, library
-        self.conditions = {(c.words.split() or [c.name])[0].lower(): c for c in library.conditions.values()}
+        named = {(c.words.split() or [c.name])[0].lower(): c for c in library.conditions.values()}
+        self.conditions = {name: c for name, c in named.items() if name != EQUAL}
         self.types = {t.lower(): t for t in library.types}
         self.things = {c.lower(): (c, t) for c, t in library.constants.items()}
 
@@ -59,7 +68,8 @@ class _Problem:
             for name, types in typed(self.source, sections[":objects"].items[1:]):
                 self.declare(name, types)
         facts = frozenset(f for item in sections[":init"].items[1:] for f in self.facts(item))
-        goals = tuple(dict.fromkeys(self.goals(sections[":goal"].items[1:])))
+        facts |= frozenset(self.equalities())
+        goals = self.goals(sections[":goal"])
         types_of = dict(self.things.values())
         domain = Domain(_true_in(self.library, types_of, facts), types_of)
         return PddlProblem(title_of(self.group), domain.for_state(facts), facts, goals)
@@ -67,13 +77,15 @@ class _Problem:
     def declare(self, name: Word, types: tuple[Word, ...]) -> None:
         if len(types) > 1:
             raise self.source.fault("E092", "an object of several types is not supported", name)
-        for type_ in types:
-            if type_.key not in self.types:
-                raise self.unknown("type", type_, list(self.types.values()))
-        own = self.types[types[0].key] if types else self.types[OBJECT]
+        own = self.type_of(types[0]) if types else OBJECT
         if name.key in self.things and self.things[name.key][1] != own:
             raise self.source.fault("E094", f"object `{name.text}` is declared twice", name)
         self.things.setdefault(name.key, (name.text, own))
+
+    def type_of(self, word: Word) -> str:
+        if word.key not in self.types:
+            raise self.unknown("type", word, list(self.types.values()))
+        return self.types[word.key]
 
     def unknown(self, what: str, word: Word, known: list[str]) -> LlmbtError:
         close = nearest(word.text, known)
@@ -88,41 +100,79 @@ class _Problem:
             return  # what does not hold is not said
         yield self.atom(item)
 
-    def goals(self, items: tuple[Item, ...]) -> Iterator[Condition]:
-        for item in items:
-            if isinstance(item, Group) and (item.head == "and" or not item.items):
-                yield from self.goals(item.items[1:])
-            elif isinstance(item, Group) and item.head == "not" and len(item.items) == 2:
-                yield ~self.atom(item.items[1])
+    def equalities(self) -> Iterator[Condition]:
+        """The facts of the conditions that stand for equalities."""
+        for c in self.library.conditions.values():
+            words = c.words.split()
+            if words[:1] != [EQUAL]:
+                continue
+            if len(c.params) == 1:
+                yield Condition(c.name, (words[-1],))
             else:
-                yield self.atom(item)
+                yield from (Condition(c.name, (name, name)) for name, _ in self.things.values())
 
-    def atom(self, item: Item) -> Condition:
+    def goals(self, section: Group) -> Goals:
+        """The goal's alternatives; contradictory ones are left out where there are others."""
+        if len(section.items) != 2:
+            raise self.source.fault("E090", "a :goal is one condition", section, "join several by (and ...)")
+        found = alternatives(self.source, section.items[1], self.literal, self.ranges)
+        sound = tuple(a for a in found if not any(~c in a for c in a))
+        return sound or found[:1]
+
+    def ranges(self, variables: Group) -> Iterator[Things]:
+        """The ways to bind a quantifier's variables to things of their types."""
+        listed = list(typed(self.source, variables.items))
+        pools = []
+        for word, types in listed:
+            if not word.text.startswith("?"):
+                raise self.source.fault("E090", f"a variable begins with `?`: `?{word.text}`", word)
+            wanted = [self.type_of(t) for t in types] or [OBJECT]
+            pools.append([n for n, own in self.things.values() if any(self.library.is_a(own, t) for t in wanted)])
+        for chosen in product(*pools):
+            yield {word.key: name for (word, _), name in zip(listed, chosen, strict=True)}
+
+    def literal(self, group: Group, negated: bool, things: Things) -> Condition | bool:
+        """A fact that is to hold or not; an equality of things is decided here."""
+        if group.head != EQUAL:
+            found = self.atom(group, things)
+            return ~found if negated else found
+        if len(group.items) != 3:
+            raise self.source.fault("E095", "`=` takes 2 arguments", group)
+        first, second = (self.thing(a, things)[0] for a in group.items[1:])
+        return (first == second) != negated
+
+    def atom(self, item: Item, things: Things | None = None) -> Condition:
+        """A fact over things."""
         if not isinstance(item, Group) or not item.items or not isinstance(item.items[0], Word):
             raise self.source.fault("E090", "expected a fact, as (on a b)", item)
         word = item.items[0]
         declared = self.conditions.get(word.key)
         if declared is None:
-            if word.key in ("or", "imply", "forall", "exists", "and", "not", "at"):
-                raise self.source.fault("E092", f"`{word.text}` is not supported here", item, "state a conjunction")
+            if word.key in _REFUSED:
+                raise self.source.fault("E092", f"`{word.text}` is not supported here", item)
             raise self.unknown("predicate", word, list(self.conditions))
         args = item.items[1:]
         if len(args) != len(declared.params):
             raise self.source.fault(
                 "E095", f"`{word.text}` takes {len(declared.params)} arguments and not {len(args)}", item
             )
-        return Condition(declared.name, tuple(self.argument(declared, i, a) for i, a in enumerate(args)))
+        return Condition(declared.name, tuple(self.argument(declared, i, a, things or {}) for i, a in enumerate(args)))
 
-    def argument(self, declared: ConditionType, i: int, item: Item) -> str:
-        if not isinstance(item, Word):
-            raise self.source.fault("E090", "expected an object", item)
-        if item.key not in self.things:
-            raise self.unknown("object", item, [n for n, _ in self.things.values()])
-        name, type_ = self.things[item.key]
+    def argument(self, declared: ConditionType, i: int, item: Item, things: Things) -> str:
+        name, type_ = self.thing(item, things)
         wanted = declared.params[i].type
         if not self.library.is_a(type_, wanted):
             raise self.source.fault("E095", f"`{name}` is a {type_} and not a {wanted}", item)
         return name
+
+    def thing(self, item: Item, things: Things) -> tuple[str, str]:
+        """The object or constant that a word names, or that a quantifier's variable stands for, with its type."""
+        if not isinstance(item, Word):
+            raise self.source.fault("E090", "expected an object", item)
+        key = things.get(item.key, item.text).lower()
+        if key not in self.things:
+            raise self.unknown("object", item, [n for n, _ in self.things.values()])
+        return self.things[key]
 
 
 def _true_in(library: Library, types: dict[str, str], facts: Facts) -> Library:

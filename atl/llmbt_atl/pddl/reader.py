@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 
-__all__ = ["Group", "Item", "Source", "Word", "read", "title_of"]
+__all__ = ["Group", "Item", "Source", "Word", "lists", "read", "title_of"]
 
 _TOKEN = re.compile(r"[()]|[^\s();]+")
 MAX_NESTED = 200
@@ -74,8 +74,8 @@ def _tokens(source: Source) -> Iterator[Word]:
             yield Word(found.group(), number, found.start() + 1)
 
 
-def read(text: str, name: str, kind: str) -> tuple[Source, Group]:
-    """The one `(define (<kind> ...) ...)` of a text. E090 where it is not one."""
+def lists(text: str, name: str) -> tuple[Source, Group]:
+    """The one list in parentheses that a text is. E090 where it is not one."""
     source = Source(name, tuple(text.splitlines()))
     open_: list[tuple[Word, list[Item]]] = []
     found: Group | None = None
@@ -87,7 +87,7 @@ def read(text: str, name: str, kind: str) -> tuple[Source, Group]:
                 raise source.fault("E090", f"lists are nested more than {MAX_NESTED} deep", token)
             open_.append((token, []))
         elif not open_:
-            raise source.fault("E090", f"expected `(define ({kind} ...` and not `{token.text}`", token)
+            raise source.fault("E090", f"expected `(` and not `{token.text}`", token)
         elif token.text == ")":
             start, items = open_.pop()
             group = Group(tuple(items), start.line, start.column)
@@ -100,7 +100,13 @@ def read(text: str, name: str, kind: str) -> tuple[Source, Group]:
     if open_:
         raise source.fault("E090", "this list is not closed", open_[-1][0], "add `)`")
     if found is None:
-        raise source.fault("E090", "there is no definition", None, f"begin with (define ({kind} ...")
+        raise source.fault("E090", "there is no definition", None, "it begins with `(`")
+    return source, found
+
+
+def read(text: str, name: str, kind: str) -> tuple[Source, Group]:
+    """The one `(define (<kind> ...) ...)` of a text. E090 where it is not one."""
+    source, found = lists(text, name)
     second = found.items[1] if len(found.items) > 1 else None
     if found.head != "define" or not isinstance(second, Group) or second.head != kind:
         raise source.fault("E090", f"this does not define a {kind}", found, f"begin with (define ({kind} <name>) ...")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import click
 
 from llmbt.options import json_flag
-from llmbt_ir.diagnostics import ExitCode
+from llmbt_ir.diagnostics import ExitCode, LlmbtError
 
 __all__ = ["doctor"]
 
@@ -64,6 +64,16 @@ def _pybullet() -> Finding:
         return Finding("pybullet", False, f"{type(fault).__name__}: {fault}", "pip install -c constraints.txt pybullet")
 
 
+def _open3d() -> Finding:
+    from llmbt_compiler.recognition.open3d import open3d
+
+    try:
+        module = open3d()
+    except LlmbtError as fault:
+        return Finding("open3d", False, str(fault), "pip install -c constraints.txt open3d-cpu libusb-package")
+    return Finding("open3d", True, f"{module.__version__}, with libusb from the package libusb-package")
+
+
 def _weights() -> Finding:
     from llmbt_compiler.keywords.tagger import load_tagger
 
@@ -95,6 +105,7 @@ CHECKS: tuple[Callable[[], Finding], ...] = (
     _package("transformers", "transformers"),
     _torch,
     _pybullet,
+    _open3d,
     _weights,
     _shipped,
 )

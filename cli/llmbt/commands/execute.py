@@ -18,6 +18,7 @@ __all__ = ["execute", "summary"]
 @scene_option
 @out_folder
 @execution_options
+@click.option("--no-update", is_flag=True, help="Tick TREE as it stands: any node of docs/engine.md, nothing grows.")
 @force
 @quiet
 @json_flag
@@ -31,6 +32,7 @@ def execute(
     budget: int,
     picture: bool,
     state: Path | None,
+    no_update: bool,
     force: bool,
     quiet: bool,
     as_json: bool,
@@ -46,7 +48,7 @@ def execute(
     from llmbt_ir.xml import read_bytes
 
     data = read_bytes(tree, "tree")
-    order = Order(load_scene(scene), world, seed, disturb, budget, picture, state)
+    order = Order(load_scene(scene), world, seed, disturb, budget, picture, state, not no_update)
     if tree.resolve().parent != folder.resolve() or (folder / "result.json").exists():
         fresh_folder(folder, force=force)
     document = execute_tree(data, str(tree), folder, order, Progress(quiet=quiet or as_json))
@@ -55,7 +57,7 @@ def execute(
 
 def summary(document: dict[str, Any], folder: Path, *, as_json: bool) -> int:
     """Print how it ended; the exit code."""
-    from llmbt.execution import exit_code_of
+    from llmbt.recorded import exit_code_of
     from llmbt.render import print_json
     from llmbt_runtime.outcome import Outcome
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from llmbt.commands.compile import compile_options, read_request
+from llmbt.commands.compile import compile_options, prepared, talk_of
 from llmbt.commands.execute import summary
 from llmbt.options import execution_options, force, json_flag, out_folder, quiet, scene_option
 
@@ -14,7 +15,7 @@ __all__ = ["run"]
 
 
 @click.command()
-@click.argument("request_text", metavar="REQUEST")
+@click.argument("request_text", metavar="REQUEST", required=False)
 @scene_option
 @out_folder
 @compile_options
@@ -23,18 +24,9 @@ __all__ = ["run"]
 @quiet
 @json_flag
 def run(
-    request_text: str,
+    request_text: str | None,
     scene: str,
     folder: Path,
-    map_file: Path | None,
-    cassette: Path | None,
-    record: bool,
-    base_url: str,
-    model: str,
-    replace: bool,
-    answers: tuple[str, ...],
-    tagger: str,
-    partial: bool,
     world: str,
     seed: int,
     disturb: str,
@@ -44,27 +36,33 @@ def run(
     force: bool,
     quiet: bool,
     as_json: bool,
+    **how: Any,
 ) -> int:
     """Compile REQUEST (- for standard input), execute its tree, and leave every version of it in DIR."""
-    from llmbt.compilation import Request, compile_into
-    from llmbt.execution import Order, execute_tree
+    from llmbt.compilation import compile_into, continued
+    from llmbt.execution import Order, execute_tree, is_schedule
     from llmbt.folders import fresh_folder
     from llmbt.progress import Progress
     from llmbt_ir.scene import load_scene
     from llmbt_runtime.chance import chance
     from llmbt_runtime.disturbance import draw
+    from llmbt_runtime.schedule import read_schedule
 
-    text = read_request(request_text)
-    request = Request(text, scene, map_file, cassette, record, replace, base_url, model, answers, tagger, partial)
+    request = prepared(request_text, scene, how)
     order = Order(load_scene(scene), world, seed, disturb, budget, picture, state)
-    draw(disturb, chance(seed, "disturb"))
-    fresh_folder(folder, force=force)
+    if is_schedule(disturb):
+        read_schedule(Path(disturb))
+    else:
+        draw(disturb, chance(seed, "disturb"))
+    further = continued(request, folder)
+    if further is None:
+        fresh_folder(folder, force=force)
     progress = Progress(quiet=quiet or as_json)
-    compiled = compile_into(request, folder, progress)
+    done = compile_into(further or request, folder, progress, **talk_of(how, quiet=as_json))
     tree = folder / "tree.v000.xml"
-    source = compiled.reply.provenance if compiled.reply else None
+    source = done.compiled.reply.provenance if done.compiled.reply else None
     extra = {
-        "request": text,
+        "request": request.text,
         "reply": source.provenance if source else "",
         "reply_source": source.words() if source else "",
     }

@@ -20,6 +20,14 @@ __all__ = ["solve"]
 @click.option(
     "--failure-rate", type=click.FloatRange(0, 1), default=0.0, show_default=True, help="How often an action fails."
 )
+@click.option(
+    "--planner",
+    type=click.Choice(["own", "fast-downward", "auto"]),
+    default="own",
+    show_default=True,
+    envvar="LLMBT_PLANNER",
+    help="Who plans where the local rule does not do; auto: our own search first, then Fast Downward if installed.",
+)
 @force
 @quiet
 @json_flag
@@ -30,6 +38,7 @@ def solve(
     seed: int,
     budget: int,
     failure_rate: float,
+    planner: str,
     force: bool,
     quiet: bool,
     as_json: bool,
@@ -40,14 +49,16 @@ def solve(
     succeeded, as other planners write them.
     """
     from llmbt.commands.execute import summary
-    from llmbt.execution import read_problem, solve_problem
     from llmbt.folders import fresh_folder
     from llmbt.progress import Progress
+    from llmbt.solving import read_problem, solve_problem
     from llmbt_ir.xml import read_bytes
 
     texts = [read_bytes(p, "PDDL file").decode("utf-8", "replace") for p in (domain, problem)]
     progress = Progress(quiet=quiet or as_json)
     stated = read_problem((texts[0], texts[1]), (str(domain), str(problem)))
     fresh_folder(folder, force=force)
-    document = solve_problem(stated, folder, progress, seed=seed, budget=budget, failure_rate=failure_rate)
+    document = solve_problem(
+        stated, folder, progress, seed=seed, budget=budget, failure_rate=failure_rate, planner=planner
+    )
     return summary(document, folder, as_json=as_json)

@@ -155,10 +155,14 @@ def check(
     from llmbt.render import print_json, render
     from llmbt_ir.btcpp.check import RULES, check_document
     from llmbt_ir.btcpp.document import read_document
+    from llmbt_ir.btcpp.includes import with_includes
     from llmbt_ir.diagnostics import ExitCode, Severity
 
     effects = _effects(library) if library else None
-    found = [d for file in files for d in check_document(read_document(file), effects=effects)]
+    found = []
+    for file in files:
+        document, faults = with_includes(read_document(file), file)
+        found += [*faults, *check_document(document, effects=effects)]
     errors = sum(d.severity is Severity.ERROR for d in found)
     code = ExitCode.DIFFERENCES if errors or (strict and found) else ExitCode.OK
     if as_sarif:

@@ -6,18 +6,20 @@ from llmbt_compiler.parsing.model import (
     Extent,
     Goal,
     LabelledStep,
+    Move,
     Note,
     NoteKind,
     ParseResult,
     exit_code_of,
 )
-from llmbt_compiler.parsing.say import say, say_goals
+from llmbt_compiler.parsing.say import say, say_goals, say_outcome
 from llmbt_compiler.parsing.walk import parse
 
 __all__ = [
     "Extent",
     "Goal",
     "LabelledStep",
+    "Move",
     "Note",
     "NoteKind",
     "ParseResult",
@@ -25,4 +27,5 @@ __all__ = [
     "parse",
     "say",
     "say_goals",
+    "say_outcome",
 ]

@@ -15,7 +15,7 @@ from llmbt_compiler.parsing.model import Extent, LabelledStep
 from llmbt_compiler.parsing.phrase import excepts
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["Clause", "Group", "Phrase", "clauses"]
+__all__ = ["Clause", "Group", "Phrase", "clauses", "extents"]
 
 _RESTRICTING = (
     ("that", "is"), ("that", "are"), ("which", "is"), ("which", "are"), ("made", "of"), ("made", "from"), ("labelled",),
@@ -164,6 +164,12 @@ def clauses(step: LabelledStep) -> tuple[Clause, ...]:
         out.append(clause)
         begin = max((s.end for s in group), default=begin)
     return tuple(out)
+
+
+def extents(found: Sequence[Clause], size: int) -> tuple[tuple[int, int], ...]:
+    """Where the words of each clause begin and end: with its first keyword, and where the next clause begins."""
+    starts = [min(c.extent.start, *(p.extent.start for p in c.phrases), size) for c in found]
+    return tuple(zip(starts, [*starts[1:], size], strict=True)) if found else ()
 
 
 def _and(text: _Text, start: int, end: int) -> bool:

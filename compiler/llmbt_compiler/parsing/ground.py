@@ -39,7 +39,7 @@ class Grounding:
     """What the walk knows so far, and how a phrase is understood by it.
 
     `mentioned` are the objects that the step at hand names in words that are no keywords, `used` the words of it that
-    were understood.
+    were understood, `ordered` whether it asks for an order.
     """
 
     scene: Scene
@@ -53,6 +53,7 @@ class Grounding:
     lost: bool = False
     mentioned: tuple[str, ...] = ()
     used: list[Extent] = field(default_factory=list)
+    ordered: bool = False
     approached: str | None = None
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
@@ -286,7 +287,7 @@ class Grounding:
         words = phrase.extent.cut(self.now.text)
         self.complain(
             "E309",
-            f"`{phrase.relation or phrase.preposition} ... {words}`: places relative to others are not understood",
+            f"`{phrase.relation or phrase.preposition} ... {words}`: this relation is not understood here",
             phrase.extent,
             "which place is meant?",
             "name the place itself",

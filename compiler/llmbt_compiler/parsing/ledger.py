@@ -38,7 +38,7 @@ class Ledger:
     """Standing goals, things in the hand and the last way gone, step by step.
 
     `where` follows the objects through the steps. A later move of an object replaces its earlier one; `moved` counts
-    how often that happened to each.
+    how often that happened to each, `moves` keeps them all.
     """
 
     where: dict[str, str | None]
@@ -50,12 +50,13 @@ class Ledger:
     acts: int = 0
     moved: Counter[str] = field(default_factory=Counter)
     notes: list[Note] = field(default_factory=list)
+    moves: list[Entry] = field(default_factory=list)
 
     def fork(self) -> Ledger:
         """A second ledger that goes on from here by itself."""
         return replace(
             self, where=dict(self.where), goals=list(self.goals), pending=dict(self.pending),
-            touched=set(self.touched), notes=list(self.notes), moved=Counter(self.moved),
+            touched=set(self.touched), notes=list(self.notes), moved=Counter(self.moved), moves=list(self.moves),
         )  # fmt: skip
 
     def standing(self) -> tuple[frozenset[Condition], frozenset[str], Condition | None, str | None]:
@@ -90,6 +91,9 @@ class Ledger:
         assert entry.target is not None
         assert entry.place is not None
         old = self.of(entry.target)
+        if inner and old is not None and self.moves and self.moves[-1] is old:
+            self.moves.pop()
+        self.moves.append(entry)
         self.pending.pop(entry.target, None)
         self.near = self.carried = None
         self.touched.add(entry.target)

@@ -10,7 +10,7 @@ from llmbt_compiler.keywords.labels import KeywordSpan, Reading, TaggedStep
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, Severity
 
-__all__ = ["Extent", "Goal", "LabelledStep", "Note", "NoteKind", "ParseResult", "exit_code_of"]
+__all__ = ["Extent", "Goal", "LabelledStep", "Move", "Note", "NoteKind", "ParseResult", "exit_code_of"]
 
 _CODES = {
     "E304": ExitCode.UNCLEAR,
@@ -119,14 +119,25 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
+class Move:
+    """What a step does with an object: to this place. `chosen`: the step named no place but one that contains it."""
+
+    target: str
+    place: str
+    goal: Goal
+    chosen: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class ParseResult:
     """The goals in the order of the steps. With an error among the diagnostics they are
-    not to be built on.
+    not to be built on. `moves` are all that the steps do with objects, also what later steps undo.
     """
 
     goals: tuple[Goal, ...] = ()
     notes: tuple[Note, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
+    moves: tuple[Move, ...] = ()
 
     def errors(self) -> Iterator[Diagnostic]:
         """The diagnostics that forbid a tree."""

@@ -26,6 +26,9 @@ from llmbt_ir.diagnostics import Diagnostic
 __all__ = ["Placing", "extent_of", "goal_pattern"]
 
 
+_SIDE = frozenset({"the", "far", "very", "left", "right", "front", "back", "side", "end", "hand", "most"})
+
+
 @dataclass
 class Placing(Grounding):
     """`named` are places that some step names; `last` and `container` are what "the same" repeats; `wanting` are the
@@ -176,13 +179,16 @@ class Placing(Grounding):
         return texts[:1] == ["to"] and any(lexicon().is_(t, "back_to") for t in texts)
 
     def beginning(self, clause: Clause) -> str | None:
-        """ "Starting at position 12": where a row of places begins. Words that name no place are E314."""
+        """ "Starting at position 12": where a row of places begins. In an order, "starting on the left" is
+        of the order (space/orders); other words that name no place are E314."""
         end = max((p.extent.end for p in clause.phrases), default=clause.extent.end)
         after = tokens(self.now.text, clause.extent.start)
         at = next((i for i, t in enumerate(after[:-1]) if t.text in {"starting", "beginning"}), None)
         if at is None or not lexicon().is_(after[at + 1].text, "from", "at", "inner") or after[at].end < end - 40:
             return None
         words = tuple(takewhile(lambda t: t.word or t.number is not None, after[at + 2 :]))
+        if self.ordered and {t.text for t in words} <= _SIDE:
+            return None
         for length in range(min(len(words), 6), 0, -1):
             found = resolve_places(words[:length], self.scene, self.talk())
             if isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:

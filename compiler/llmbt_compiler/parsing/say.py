@@ -8,7 +8,7 @@ from llmbt_atl.library import Library
 from llmbt_compiler.parsing.model import Goal
 from llmbt_ir.condition import Condition
 
-__all__ = ["say", "say_goals"]
+__all__ = ["say", "say_goals", "say_outcome"]
 
 
 def say(condition: Condition, library: Library) -> str:
@@ -25,3 +25,17 @@ def say(condition: Condition, library: Library) -> str:
 def say_goals(goals: Iterable[Goal], library: Library) -> tuple[str, ...]:
     """One line a goal, in order."""
     return tuple(say(g.condition, library) for g in goals)
+
+
+def say_outcome(condition: Condition, library: Library, things: Iterable[str]) -> str:
+    """What a person is asked to confirm: ``object 1 will be on position 12``; ids are written as words."""
+    words = say(condition.fact, library)
+    for now, then in ((" is ", " will be "), (" holds ", " will hold "), (" are ", " will be ")):
+        if now in f" {words} ":
+            words = f" {words} ".replace(now, then, 1).strip()
+            break
+    else:
+        words = f"it will be so that {words}"
+    words = f"it will not be so that {say(condition.fact, library)}" if condition.negated else words
+    known = {t for t in things if t in condition.args}
+    return " ".join(w.replace("_", " ") if w in known else w for w in words.split(" "))

@@ -226,7 +226,8 @@ class Scene:
         for v in self.library.variables:
             for value in v.values:
                 keys = value.params()
-                if ANY in value.args and len(keys) == 1 and len(value.args) == 2:
+                goal = self.library.conditions[value.name].goal
+                if goal and ANY in value.args and len(keys) == 1 and len(value.args) == 2:
                     found.update(p.type for p in v.params if value.args[0] == ANY and p.name == keys[0])
         return frozenset(found)
 

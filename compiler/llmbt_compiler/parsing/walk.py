@@ -13,16 +13,17 @@ from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_compiler.parsing.beside import mentioned, unread
-from llmbt_compiler.parsing.clauses import clauses
+from llmbt_compiler.parsing.clauses import clauses, extents
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.ledger import Entry
-from llmbt_compiler.parsing.model import Extent, LabelledStep, NoteKind, ParseResult
+from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.orders import Ordering
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space import arrangement, certainty, related
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
 from llmbt_compiler.parsing.words import tokens
 from llmbt_ir.condition import Condition
@@ -114,11 +115,12 @@ class _Walker(Ordering):
         if len(step.text) > _LONGEST:
             self.complain("E313", f"step {step.number} is longer than {_LONGEST} characters", Extent(-1, -1))
             return
-        if step.certainty < self.threshold and step.spans:
+        if certainty(step) < self.threshold and step.spans:
             self.unsure(step)
             return
         step = relabelled(step, self.scene)
         self.mentioned, self.used = mentioned(step, self.scene), []
+        self.ordered = arrangement(step.text) is not None
         found = clauses(step)
         self.use(*(t for c in found for p in c.phrases for t in p.parts))
         if not found and self.names_both(step):
@@ -128,9 +130,10 @@ class _Walker(Ordering):
             self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
             return
         before = (self.ledger.acts, self.targets, self.place)
-        for clause in found[:_MOST]:
+        for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
             try:
-                self.clause(clause)
+                for part in related(self, clause, start, end):
+                    self.clause(part)
             except Stop:
                 continue
         for extent in unread(step, self.scene, self.used):
@@ -165,7 +168,7 @@ class _Walker(Ordering):
         vocabulary = self.scene.library.verbs if worst.label == "Action" else names
         near = nearest(worst.text[:60], vocabulary)
         read = "; ".join(f"{s.label}: {s.text[:60]}" for s in step.spans[:8])
-        label = f"{step.certainty:.2f} is below {self.threshold:.2f}; read as {read}"
+        label = f"{certainty(step):.2f} is below {self.threshold:.2f}; read as {read}"
         if trials:
             shared = shares(trials, self.newly)
             read = "; ".join(f"{words} ({p:.2f})" for words, p in shared[:3])
@@ -210,4 +213,9 @@ class _Walker(Ordering):
             told = "; ".join(n.text for n in self.notes[:3])
             self.complain("E340", "no step asks for anything that changes the scene", Extent(-1, -1), "", told)
         notes = (*self.notes, *self.ledger.notes)
-        return ParseResult(goals, tuple(sorted(notes, key=lambda n: n.step_number)), tuple(self.diagnostics))
+        moves = tuple(
+            Move(e.target, e.place, e.goal(), e.note is not None)
+            for e in self.ledger.moves
+            if e.target is not None and e.place is not None
+        )
+        return ParseResult(goals, tuple(sorted(notes, key=lambda n: n.step_number)), tuple(self.diagnostics), moves)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from llmbt_atl.library import Library
+from llmbt_compiler.drift import play
 from llmbt_compiler.reasoning import cassette as tape
 from llmbt_compiler.reasoning.cassette import AUTHORED, Cassette, Provenance
 from llmbt_compiler.reasoning.chat import (
@@ -23,7 +24,7 @@ from llmbt_compiler.reasoning.chat import (
     request_body,
     through_the_sdk,
 )
-from llmbt_compiler.reasoning.prompt import Prompt, build_prompt, clean, continue_prompt
+from llmbt_compiler.reasoning.prompt import STEPS, Messages, build_prompt, clean, template_version
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span
 from llmbt_ir.semantic_map import SemanticMap
 from llmbt_ir.xml import Element, parse_xml, read_bytes
@@ -64,37 +65,41 @@ def author(
     scene: str = "",
     date: str = "",
     overwrite: bool = False,
+    reply_format: str = STEPS,
 ) -> Authored:
-    """Make a recording from written replies, with the user's answers between them. The same arguments give
-    the same bytes; without a `date`, a file that differs in its date alone is left as it is.
+    """Make a recording from written replies, with the user's answers between them, or, where a reply is no question and
+    another one follows without an answer, the complaints of the check. The same arguments give the same bytes; without
+    a `date`, a file that differs in its date alone is left as it is.
 
     Errors: E131 (exit code 2) answers and replies do not take turns, E132 the file is the recording of a
     model or no cassette, and E120-E122 of the prompt.
     """
-    if len(replies) != len(answers) + 1:
+    old = _existing(out, overwrite)
+    build_prompt(request, semantic_map, library, reply_format=reply_format)
+    played = play(request, semantic_map, library, replies, answers, reply_format=reply_format)
+    if len(played.prompts) != len(replies) or played.unused:
         raise LlmbtError(
             Diagnostic(
                 "E131",
-                f"{len(replies)} replies and {len(answers)} answers do not take turns",
+                f"{len(replies)} replies and {len(answers)} answers do not take turns: "
+                f"{len(played.prompts)} replies are asked for, {len(played.unused)} answers are not",
                 help="give --reply FILE, then for each further turn --answer TEXT and --reply FILE",
             ),
             exit_code=ExitCode.USAGE,
         )
-    old = _existing(out, overwrite)
-    prompt = build_prompt(request, semantic_map, library)
     provenance = Provenance(
         AUTHORED,
         request=clean(request, 2000),
         scene=scene or semantic_map.scene,
         endpoint_kind="none",
         date=date or datetime.now(UTC).date().isoformat(),
-        template_version=prompt.template_version,
+        template_version=template_version(),
+        reply_format=reply_format if reply_format != STEPS else "",
+        outcome=played.outcome,
     )
     made = Cassette(out, provenance)
-    for i, text in enumerate(replies):
-        made = _add_turn(made, prompt, text)
-        if i < len(answers):
-            prompt = continue_prompt(prompt, text, answers[i])
+    for messages, text in zip(played.prompts, replies, strict=True):
+        made = _add_turn(made, messages, text, reply_format)
     if old is not None and not date:
         dated = replace(made, provenance=replace(provenance, date=old.provenance.date))
         made = dated if tape.render_cassette(dated) == tape.render_cassette(old) else made
@@ -119,11 +124,11 @@ def _existing(out: Path, overwrite: bool) -> Cassette | None:
     return old
 
 
-def _add_turn(made: Cassette, prompt: Prompt, text: str) -> Cassette:
+def _add_turn(made: Cassette, messages: Messages, text: str, reply_format: str) -> Cassette:
     import httpx2
 
-    settings = Settings(base_url=DEFAULT_BASE_URL, retries=0)
-    sha256 = tape.body_hash(request_body(prompt.messages, settings))
+    settings = Settings(base_url=DEFAULT_BASE_URL, retries=0, reply_format=reply_format)
+    sha256 = tape.body_hash(request_body(messages, settings))
     if made.turn(sha256) is not None:
         return made
 
@@ -135,7 +140,7 @@ def _add_turn(made: Cassette, prompt: Prompt, text: str) -> Cassette:
         tape.session(made, record=True) as saved,
         httpx2.Client(transport=httpx2.MockTransport(answer), trust_env=False) as client,
     ):
-        through_the_sdk(prompt.messages, settings, DUMMY_KEY, client)
+        through_the_sdk(messages, settings, DUMMY_KEY, client)
     return saved[-1]
 
 

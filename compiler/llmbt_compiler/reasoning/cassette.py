@@ -20,7 +20,7 @@ import os
 import re
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -43,6 +43,7 @@ __all__ = [
     "folders",
     "parse_cassette",
     "read_cassette",
+    "recorded",
     "render_cassette",
     "session",
     "write_cassette",
@@ -53,6 +54,7 @@ FOLDERS_VARIABLE = "LLMBT_CASSETTES"
 MAX_CASSETTE_BYTES = 8 * 1024 * 1024
 MAX_YAML_DEPTH = 24
 MAX_DIFF_LINES = 24
+MAX_VALUE = 20_000
 HEADER_BYTES = 8192
 REQUEST_HEADERS = ("content-type", "accept")
 RESPONSE_HEADERS = ("content-type",)
@@ -62,8 +64,11 @@ _HASH_LINE = re.compile(rb"^# turn \d+ sha256 ([0-9a-f]{64})\s*$", re.MULTILINE)
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Where a recording comes from. `provenance` is `recorded` or `authored`; an authored one has no
-    model."""
+    """Where a recording comes from. `provenance` is `recorded` or `authored`; an authored one has no model.
+
+    `outcome` is what the replies came to when they were recorded: the goals, or the code that refused them. `cost_usd`
+    is empty where neither the endpoint nor the user said what tokens cost.
+    """
 
     provenance: str
     request: str = ""
@@ -73,6 +78,11 @@ class Provenance:
     endpoint: str = ""
     date: str = ""
     template_version: str = ""
+    reply_format: str = ""
+    tokens_in: int = 0
+    tokens_out: int = 0
+    cost_usd: str = ""
+    outcome: str = ""
 
     @property
     def authored(self) -> bool:
@@ -237,9 +247,11 @@ def _provenance(metadata: Any, path: Path) -> Provenance:
         return Provenance("unknown")
     if not isinstance(metadata, dict):
         raise _corrupt(path, "its `metadata` is no mapping")
-    known = {f.name for f in fields(Provenance)}
-    values = {k: clean(str(v), 2000) for k, v in metadata.items() if k in known and v is not None}
-    return Provenance(**{"provenance": "unknown", **values})
+    numbers = {"tokens_in", "tokens_out"}
+    known = {f.name for f in fields(Provenance)} - numbers
+    values: dict[str, Any] = {k: clean(str(v), MAX_VALUE) for k, v in metadata.items() if k in known and v is not None}
+    values |= {k: v for k, v in metadata.items() if k in numbers and type(v) is int and 0 <= v < 2**40}
+    return replace(Provenance("unknown"), **values)
 
 
 def render_cassette(cassette: Cassette) -> str:
@@ -313,8 +325,8 @@ def _header_hashes(path: Path) -> tuple[str, ...]:
 
 
 def find(body: bytes, *, cassette: Path | None = None, where: Iterable[Path] = (), model: str = "") -> Cassette:
-    """The recording that answers a body. `cassette` is the only one looked at where given (a file or a
-    folder); `model`, where given, must be the recorded one.
+    """The recording that answers a body. `cassette` is the only one looked at where given (a file or a folder);
+    `model`, where given, must be the recorded one.
 
     Errors: E001, E102 as `read_cassette`; E101, exit code 4, where no recording answers, with the nearest
     one.
@@ -326,9 +338,8 @@ def find(body: bytes, *, cassette: Path | None = None, where: Iterable[Path] = (
             return single
         raise _miss(body, (single,), (), model)
     paths = all_cassettes([cassette] if cassette is not None else where)
-    headers = {p: _header_hashes(p) for p in paths}
     for path in paths:
-        if wanted in headers[path]:
+        if wanted in _header_hashes(path):
             found = read_cassette(path)
             if _answers(found, wanted, model):
                 return found
@@ -344,6 +355,22 @@ def find(body: bytes, *, cassette: Path | None = None, where: Iterable[Path] = (
             return candidate
         pool.append(candidate)
     raise _miss(body, tuple(pool), tuple(broken), model)
+
+
+def recorded(body: bytes, cassette: Path | None, where: Iterable[Path], model: str) -> bool:
+    """Whether a recording answers a body; a file that says by its comments what it answers is taken at its word, so
+    that hundreds of them are not parsed for a no."""
+    wanted = body_hash(body)
+    for path in all_cassettes([cassette] if cassette is not None else where):
+        hashes = _header_hashes(path)
+        if hashes and wanted not in hashes:
+            continue
+        try:
+            if _answers(read_cassette(path), wanted, model):
+                return True
+        except LlmbtError:
+            continue
+    return False
 
 
 def _answers(cassette: Cassette, wanted: str, model: str) -> bool:

@@ -14,8 +14,8 @@ import difflib
 import json
 import os
 import socket
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -23,8 +23,8 @@ from urllib.parse import urlsplit
 
 from llmbt_compiler.reasoning import cassette as tape
 from llmbt_compiler.reasoning.cassette import RECORDED, Cassette, Provenance
-from llmbt_compiler.reasoning.prompt import Messages, clean
-from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
+from llmbt_compiler.reasoning.prompt import GOALS, STEPS, Messages, clean
+from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span
 
 __all__ = [
     "DEFAULT_BASE_URL",
@@ -34,7 +34,9 @@ __all__ = [
     "Record",
     "Replay",
     "Reply",
+    "Script",
     "Settings",
+    "answerable",
     "ask",
     "endpoint_kind",
     "no_network",
@@ -49,19 +51,22 @@ KEY_VARIABLE = "OPENAI_API_KEY"
 DUMMY_KEY = "replay-needs-no-key"
 MIN_SECRET = 8
 """Shorter keys are no secrets ("none", "test"), and blotting them out would eat words."""
+JSON_REPLY = {"type": "json_object"}
 ASK_AGAIN = "ask again (--record --replace), or write the reply by hand: llmbt cassette author"
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How a model is asked. An empty `model` is the default one when recording, and any recorded one on
-    replay."""
+    """How a model is asked. An empty `model` is the default one when recording, and any recorded one on replay.
+    `price`: dollars for a million tokens in and out, as "2.5/10"; empty where it is not known."""
 
     model: str = ""
     base_url: str = DEFAULT_BASE_URL
     temperature: float = 0.0
     timeout_s: float = 60.0
-    retries: int = 2
+    retries: int = 4
+    reply_format: str = STEPS
+    price: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +93,17 @@ class Record:
     date: str = ""
 
 
-Transport = Replay | Record
+@dataclass(frozen=True, slots=True)
+class Script:
+    """From texts, turn by turn, whatever is asked: to see what replies come to without a recording that answers.
+    `heard` is told each prompt as it is asked."""
+
+    replies: tuple[str, ...]
+    provenance: Provenance = field(default_factory=lambda: Provenance("scripted"))
+    heard: Callable[[Messages], None] = lambda _: None
+
+
+Transport = Replay | Record | Script
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +115,7 @@ class Completion:
     model: str = ""
     tokens_in: int = 0
     tokens_out: int = 0
+    cost_usd: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +150,8 @@ def ask(messages: Messages, settings: Settings, transport: Transport) -> Reply:
     no chat completion, E130 the recording is of another model or written by hand, E133 the key would have got
     into the file.
     """
+    if isinstance(transport, Script):
+        return _scripted(messages, settings, transport)
     if isinstance(transport, Replay):
         body = request_body(messages, settings)
         where = transport.folders if transport.folders is not None else tape.folders()
@@ -142,13 +160,42 @@ def ask(messages: Messages, settings: Settings, transport: Transport) -> Reply:
     return _record(messages, settings, transport)
 
 
+def answerable(messages: Messages, settings: Settings, transport: Transport) -> bool:
+    """Whether `ask` would get an answer: an endpoint always, otherwise a recording of just these messages."""
+    if isinstance(transport, Record):
+        return True
+    if isinstance(transport, Script):
+        return _turn(messages) < len(transport.replies)
+    where = transport.folders if transport.folders is not None else tape.folders()
+    return tape.recorded(request_body(messages, settings), transport.cassette, where, settings.model)
+
+
+def _turn(messages: Messages) -> int:
+    return sum(1 for role, _ in messages if role == "assistant")
+
+
+def _scripted(messages: Messages, settings: Settings, script: Script) -> Reply:
+    turn = _turn(messages)
+    if turn >= len(script.replies):
+        raise LlmbtError(
+            Diagnostic("E101", f"there is no reply for turn {turn + 1}", Span("prompt")),
+            exit_code=ExitCode.NO_RECORDING,
+        )
+    script.heard(messages)
+    text = script.replies[turn].encode("utf-8", "replace").decode("utf-8")
+    sha256 = tape.body_hash(request_body(messages, settings))
+    return Reply(text, script.provenance, Path("script"), sha256, Completion(text))
+
+
 def request_body(messages: Messages, settings: Settings) -> bytes:
     """The body that the openai SDK sends, byte for byte."""
-    body = {
+    body: dict[str, Any] = {
         "model": settings.model or DEFAULT_MODEL,
         "messages": [{"role": role, "content": content} for role, content in messages],
         "temperature": settings.temperature,
     }
+    if settings.reply_format == GOALS:
+        body["response_format"] = JSON_REPLY
     return json.dumps(body, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode("utf-8", "replace")
 
 
@@ -197,6 +244,7 @@ def parse_completion(data: bytes, source: str) -> Completion:
         str(parsed.get("model") or ""),
         _count(usage.get("prompt_tokens")),
         _count(usage.get("completion_tokens")),
+        float(cost) if isinstance(cost := usage.get("cost"), int | float) and 0 <= cost < 1e6 else None,
     )
 
 
@@ -323,9 +371,31 @@ def _record(messages: Messages, settings: Settings, transport: Record) -> Reply:
         kept = tuple(t for t in kept if same and len(t.messages) < len(messages))
     data, saved = _fetch(messages, settings, Cassette(path, provenance, kept))
     completion = parse_completion(data, source)
+    saved = replace(saved, provenance=_with_usage(saved, completion, settings))
     tape.write_cassette(saved)
     changed = _changes(before, completion) if before is not None else ()
     return Reply(completion.text, saved.provenance, path, sha256, completion, replayed=False, changed=changed)
+
+
+def _with_usage(saved: Cassette, now: Completion, settings: Settings) -> Provenance:
+    """The provenance with the tokens of all turns, and what they cost: as the endpoint says, or by the price given."""
+    old = saved.provenance
+    fresh = len(saved.turns) == 1
+    tokens_in = (0 if fresh else old.tokens_in) + now.tokens_in
+    tokens_out = (0 if fresh else old.tokens_out) + now.tokens_out
+    cost = now.cost_usd if now.cost_usd is not None else _priced(now, settings.price)
+    before = 0.0 if fresh or not old.cost_usd else float(old.cost_usd)
+    known = cost is not None and (fresh or bool(old.cost_usd))
+    total = f"{before + cost:.6f}" if known and cost is not None else ""
+    return replace(old, tokens_in=tokens_in, tokens_out=tokens_out, cost_usd=total)
+
+
+def _priced(now: Completion, price: str) -> float | None:
+    into, _, out = price.partition("/")
+    try:
+        return (now.tokens_in * float(into) + now.tokens_out * float(out)) / 1e6
+    except ValueError:
+        return None
 
 
 def _fetch(messages: Messages, settings: Settings, start: Cassette) -> tuple[bytes, Cassette]:
@@ -380,8 +450,9 @@ def through_the_sdk(messages: Messages, settings: Settings, key: str, http_clien
             max_retries=settings.retries,
             http_client=http_client,
         ) as client:
+            more: dict[str, Any] = {"response_format": JSON_REPLY} if settings.reply_format == GOALS else {}
             raw = client.chat.completions.with_raw_response.create(
-                messages=listed, model=settings.model or DEFAULT_MODEL, temperature=settings.temperature
+                messages=listed, model=settings.model or DEFAULT_MODEL, temperature=settings.temperature, **more
             )
             return bytes(raw.content)
     except openai.APIStatusError as fault:

@@ -1,46 +1,91 @@
-"""A whole dialogue: the prompt, the reply, and for each question the model asks the user's answer."""
+"""All that was said until the goals were settled: request, replies, questions, answers, complaints, in their order."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
-from llmbt_compiler.reasoning.chat import Reply, Settings, Transport, ask
-from llmbt_compiler.reasoning.filter import filter_steps
-from llmbt_compiler.reasoning.prompt import Prompt, continue_prompt
-from llmbt_compiler.reasoning.steps import Question, Steps
+from llmbt_compiler.reasoning.chat import Reply
 
-__all__ = ["Conversation", "converse"]
+__all__ = ["Dialogue", "Turn"]
 
 
 @dataclass(frozen=True, slots=True)
-class Conversation:
-    """Every turn, and what the last reply comes to. `unused` are answers to which there was no question."""
+class Turn:
+    """One thing said: `by` the user, the model or the check; `kind` is request, reply, question, answer, complaint, or
+    settled (how an answer was understood here, without the model)."""
 
-    turns: tuple[tuple[Prompt, Reply], ...]
-    result: Steps | Question
-    unused: tuple[str, ...] = ()
+    by: str
+    kind: str
+    text: str
+    more: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Dialogue:
+    """The turns so far. A value: each method gives the dialogue with one more turn."""
+
+    turns: tuple[Turn, ...] = ()
+
+    def _with(self, by: str, kind: str, text: str, **more: Any) -> Dialogue:
+        return replace(self, turns=(*self.turns, Turn(by, kind, text, more)))
+
+    def request(self, text: str) -> Dialogue:
+        """What the user wants."""
+        return self._with("user", "request", text)
+
+    def reply(self, reply: Reply) -> Dialogue:
+        """What the model said, and where that comes from."""
+        source = {"provenance": reply.provenance.provenance, "cassette": reply.cassette.name, "sha256": reply.sha256}
+        return self._with("model", "reply", reply.text, **source)
+
+    def question(self, text: str, candidates: Sequence[str], *, by: str) -> Dialogue:
+        """What was asked back."""
+        return self._with(by, "question", text, candidates=list(candidates))
+
+    def answer(self, text: str) -> Dialogue:
+        """What the user answered."""
+        return self._with("user", "answer", text)
+
+    def settled(self, text: str) -> Dialogue:
+        """How an answer was understood without the model: the step as it now reads."""
+        return self._with("check", "settled", text)
+
+    def complaint(self, complaints: Sequence[str]) -> Dialogue:
+        """What was wrong with a reply."""
+        return self._with("check", "complaint", "\n".join(complaints))
 
     @property
-    def prompt(self) -> Prompt:
-        """The last prompt: the whole dialogue up to the last reply."""
-        return self.turns[-1][0]
+    def answers(self) -> tuple[str, ...]:
+        """The user's answers, in order."""
+        return tuple(t.text for t in self.turns if t.kind == "answer")
 
     @property
-    def reply(self) -> Reply:
-        """The last reply."""
-        return self.turns[-1][1]
+    def open(self) -> bool:
+        """Whether it ends with a question."""
+        return bool(self.turns) and self.turns[-1].kind == "question"
 
+    def as_json(self) -> bytes:
+        """The artifact `dialogue.json`."""
+        document = {
+            "schema_version": 1,
+            "turns": [{"by": t.by, "kind": t.kind, "text": t.text, **t.more} for t in self.turns],
+        }
+        return (json.dumps(document, indent=1, ensure_ascii=False) + "\n").encode("utf-8", "replace")
 
-def converse(prompt: Prompt, answers: Sequence[str], settings: Settings, transport: Transport) -> Conversation:
-    """Ask, and answer the model's questions as long as there are answers. Errors as `ask` and
-    `filter_steps`."""
-    turns: list[tuple[Prompt, Reply]] = []
-    left = list(answers)
-    while True:
-        reply = ask(prompt.messages, settings, transport)
-        turns.append((prompt, reply))
-        result = filter_steps(reply.text)
-        if isinstance(result, Steps) or not left:
-            return Conversation(tuple(turns), result, tuple(left))
-        prompt = continue_prompt(prompt, reply.text, left.pop(0))
+    @staticmethod
+    def from_json(data: bytes) -> Dialogue:
+        """The inverse of `as_json`; ValueError, KeyError or TypeError where it is not one."""
+        return Dialogue(
+            tuple(
+                Turn(
+                    str(t["by"]),
+                    str(t["kind"]),
+                    str(t["text"]),
+                    {k: v for k, v in t.items() if k not in {"by", "kind", "text"}},
+                )
+                for t in json.loads(data)["turns"]
+            )
+        )

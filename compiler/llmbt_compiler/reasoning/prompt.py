@@ -1,7 +1,8 @@
 """The prompt: request, semantic map and library as symbols, rendered the same way every time.
 
-Contract: the messages depend on nothing but the arguments' ids, names, colours, shapes, places and words; no
-float, path, clock or iteration order of a set gets in. Names are data: cleaned, bounded and quoted.
+Contract: the messages depend on nothing but the arguments' ids, names, colours, shapes, places and words, and on the
+relations that hold between things by their margins; no float, path, clock or iteration order of a set gets in. Names
+are data: cleaned, bounded and quoted.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from llmbt_atl.library import Library
+from llmbt_compiler.relations import facts_of
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
 
@@ -23,8 +25,10 @@ if TYPE_CHECKING:
     from jinja2 import Template
 
 __all__ = [
+    "GOALS",
     "MAX_PROMPT_CHARS",
     "MAX_REQUEST_CHARS",
+    "STEPS",
     "Message",
     "Messages",
     "Prompt",
@@ -41,10 +45,14 @@ Message = tuple[str, str]
 """(role, content); role is system, user or assistant."""
 Messages = tuple[Message, ...]
 
-TEMPLATE_NUMBER = 1
+STEPS, GOALS = "steps", "json"
+"""What the model may be asked for: steps in words, or the goals themselves."""
+TEMPLATE_NUMBER = 2
 """Goes up when the meaning of the prompt changes; the hash in `template_version` sees every other change."""
 MAX_REQUEST_CHARS = 2_000
 MAX_NAME_CHARS = 80
+MAX_FACT_CHARS = 2_000
+MAX_QUESTION_CHARS = 500
 MAX_PROMPT_CHARS = 60_000
 MAX_DEPTH = 12
 
@@ -94,8 +102,8 @@ def quoted(text: str, limit: int = MAX_NAME_CHARS) -> str:
     return json.dumps(clean(text, limit), ensure_ascii=False)
 
 
-def build_prompt(request: str, semantic_map: SemanticMap, library: Library, *, facts: Sequence[str] = ()) -> Prompt:
-    """The first prompt of a dialogue. `facts` are further relations in words, one a line.
+def build_prompt(request: str, semantic_map: SemanticMap, library: Library, *, reply_format: str = STEPS) -> Prompt:
+    """The first prompt of a dialogue. `reply_format` says what the model is asked for: STEPS, or GOALS as JSON.
 
     Errors: E120 the request is empty, E121 it is too long, E122 map and library are too large for a prompt.
     """
@@ -111,15 +119,20 @@ def build_prompt(request: str, semantic_map: SemanticMap, library: Library, *, f
                 help="say it in a few sentences",
             )
         )
+    if reply_format == GOALS:
+        system = _render("system_json", conditions=_conditions(library))
+    else:
+        system = _render("system", actions=_actions(library))
     messages = (
-        ("system", _render("system", actions=_actions(library))),
+        ("system", system),
         (
             "user",
             _render(
                 "user",
                 places=_places(semantic_map),
                 objects=[_object(o) for o in semantic_map.objects],
-                facts=[clean(f, 200) for f in facts],
+                facts=[clean(f, MAX_FACT_CHARS) for f in facts_of(semantic_map)],
+                viewer=quoted(semantic_map.viewpoint.of),
                 request=quoted(line, MAX_REQUEST_CHARS),
             ),
         ),
@@ -137,14 +150,16 @@ def build_prompt(request: str, semantic_map: SemanticMap, library: Library, *, f
     return Prompt(messages, template_version())
 
 
-def continue_prompt(prompt: Prompt, reply: str, answer: str) -> Prompt:
-    """The dialogue after a QUESTION: what the model said, and what the user answers. E120, E121 as above."""
+def continue_prompt(prompt: Prompt, reply: str, answer: str, *, question: str = "") -> Prompt:
+    """The dialogue after a question: what the model said, and what the user answers; `question` is what was asked where
+    it was not the model that asked. E120, E121 as above."""
     line = clean(answer, MAX_REQUEST_CHARS + 1)
     if not line or len(line) > MAX_REQUEST_CHARS:
         raise LlmbtError(
             Diagnostic("E121" if line else "E120", f"the answer is {'too long' if line else 'empty'}", Span("answer"))
         )
-    said = _render("answer", answer=quoted(line, MAX_REQUEST_CHARS))
+    asked = quoted(question, MAX_QUESTION_CHARS) if question else ""
+    said = _render("answer", answer=quoted(line, MAX_REQUEST_CHARS), question=asked)
     return Prompt((*prompt.messages, ("assistant", _speakable(reply)), ("user", said)), prompt.template_version)
 
 
@@ -184,6 +199,19 @@ def _actions(library: Library) -> list[str]:
             for p in t.params:
                 words = words.replace("{" + p.name + "}", p.name.upper())
             found.append(clean(words, 200))
+    return found
+
+
+def _conditions(library: Library) -> list[str]:
+    """The conditions that may be goals, with their parameters and what they say."""
+    found = []
+    for c in library.conditions.values():
+        if c.goal:
+            params = ", ".join(p.name for p in c.params)
+            words = c.words
+            for p in c.params:
+                words = words.replace("{" + p.name + "}", p.name)
+            found.append(clean(f"{c.name}({params}): {words}" if c.params else f"{c.name}: {words}", 200))
     return found
 
 

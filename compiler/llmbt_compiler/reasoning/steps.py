@@ -103,16 +103,17 @@ class Steps:
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """The model asks back instead of giving steps."""
+    """The model asks back instead of giving steps. `candidates` are names that it lists apart from its words."""
 
     text: str
     start: int
     end: int
     line: int
+    candidates: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """For `steps.json`, where the reply was a question."""
-        return {
-            "schema_version": 1,
-            "question": {"text": self.text, "start": self.start, "end": self.end, "line": self.line},
-        }
+        """For the artifact, where the reply was a question."""
+        asked: dict[str, Any] = {"text": self.text, "start": self.start, "end": self.end, "line": self.line}
+        if self.candidates:
+            asked["candidates"] = list(self.candidates)
+        return {"schema_version": 1, "question": asked}

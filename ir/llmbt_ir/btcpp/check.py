@@ -37,6 +37,8 @@ RULES: Mapping[str, str] = {
     "T123": "an unknown element in TreeNodesModel",
     "T124": "a control character in an instance's name",
     "T125": "a SubTree's mandatory port is not given",
+    "T126": "an <include> that cannot be read",
+    "T127": "files that include one another in a circle",
     "T201": "BTCPP_format is not 4",
     "T202": "a node with memory in a reactive tree",
     "T203": "a child that is never reached",
@@ -50,6 +52,7 @@ RULES: Mapping[str, str] = {
     "T211": "an input without a value and without a default",
     "T212": "an attribute with a namespace",
     "T214": "a misspelt pre- or post-condition, which is ignored",
+    "T215": "an <include> that is not followed",
 }
 
 

@@ -36,6 +36,7 @@ class Element:
     text: str = ""
     line: int = field(default=0, compare=False)
     column: int = field(default=0, compare=False)
+    file: int = field(default=0, compare=False)
 
     def get(self, name: str, default: str = "") -> str:
         """An attribute's value."""
@@ -48,13 +49,18 @@ class Element:
 
 @dataclass(frozen=True)
 class Document:
-    """The elements of a file in the order in which they begin; `outside` are those that are not below the root."""
+    """The elements of a file in the order in which they begin; `outside` are those that are not below the root.
+
+    `included` are the names and lines of further files, where it is made of several (`llmbt_ir.btcpp.includes`):
+    elements know theirs, counted from 1; 0 is the file itself.
+    """
 
     elements: tuple[Element, ...]
     root: int
     outside: tuple[int, ...] = ()
     source: str = field(default="", compare=False)
     lines: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    included: tuple[tuple[str, tuple[str, ...]], ...] = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, index: int) -> Element:
         return self.elements[index]
@@ -99,18 +105,24 @@ class Document:
     def span(self, index: int, attribute: str = "") -> Span:
         """Where an element begins, or where an attribute of it stands if that can be told."""
         element = self[index]
-        if not 0 < element.line <= len(self.lines):
-            return Span(self.source, element.line)
-        text = self.lines[element.line - 1]
+        source, lines = ((self.source, self.lines), *self.included)[element.file]
+        if not 0 < element.line <= len(lines):
+            return Span(source, element.line)
+        text = lines[element.line - 1]
         start = element.column
         end = start + 1 + len(element.tag)
         if attribute:
             found = re.search(rf"\s({re.escape(attribute)})\s*=\s*(?:\"[^\"]*\"|'[^']*')", text[start:])
             if found:
                 start, end = start + found.start(1) + 1, start + found.end() + 1
-        return (
-            Span(self.source, element.line, start, end, text) if len(text) <= 400 else Span(self.source, element.line)
-        )
+        return Span(source, element.line, start, end, text) if len(text) <= 400 else Span(source, element.line)
+
+    def place(self, index: int, seen_from: int) -> str:
+        """Where an element begins, in words: with the file where that is not the one of another element."""
+        element = self[index]
+        if element.file == self[seen_from].file:
+            return f"in line {element.line}"
+        return f"in {((self.source, ()), *self.included)[element.file][0]}, line {element.line}"
 
     def write(self) -> bytes:
         """The file again, laid out with one element a line; texts and attribute orders are kept."""

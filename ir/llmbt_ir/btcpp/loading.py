@@ -37,7 +37,7 @@ def _file(file: File) -> None:
         if element.tag == INSTRUCTION:
             file.say("T121", "a processing instruction makes loading fail", i, "remove the <?...?>")
     wanted, ids = root.get("main_tree_to_execute"), [d[t].get("ID") for t in d.trees]
-    if not d.trees:
+    if not d.trees and not d.named(d.root, "include"):
         file.say("T120", "the file has no <BehaviorTree>", d.root)
     elif wanted and wanted not in ids and not d.named(d.root, "include"):
         title = f"main_tree_to_execute names `{wanted}`, and no <BehaviorTree> has that ID"
@@ -47,9 +47,9 @@ def _file(file: File) -> None:
 def _models(file: File) -> None:
     d = file.document
     models = d.named(d.root, "TreeNodesModel")
-    for extra in models[1:]:
+    for extra in (m for k, m in enumerate(models) if d[m].file in {d[e].file for e in models[:k]}):
         file.say("T119", "a second <TreeNodesModel>; a file has at most one", extra)
-    first: dict[str, int] = {}
+    first: dict[tuple[str, int], int] = {}  # each file may declare what it uses
     for i in (k for m in models for k in d.kids(m)):
         element, name = d[i], d[i].get("ID")
         if element.tag not in KINDS:
@@ -59,9 +59,10 @@ def _models(file: File) -> None:
             file.say("T112", f"<{element.tag}> needs an ID", i)
             continue
         _name(file, i, name, "ID")
-        if name in first:
-            file.say("T105", f"`{name}` is declared twice, first in line {d[first[name]].line}", i, attribute="ID")
-        first.setdefault(name, i)
+        if (name, element.file) in first:
+            line = d[first[name, element.file]].line
+            file.say("T105", f"`{name}` is declared twice, first in line {line}", i, attribute="ID")
+        first.setdefault((name, element.file), i)
         for p in d.kids(i):
             port = d[p].get("name")
             if d[p].tag in ("input_port", "output_port", "inout_port") and not is_port_name(port):
@@ -78,7 +79,7 @@ def _trees(file: File) -> None:
         elif len(d.kids(d.root)) > 1:
             file.say("T103", "a <BehaviorTree> without an ID, and it is not alone in the file", tree, 'write ID="..."')
         if name in first and name:
-            title = f"<BehaviorTree> `{name}` is there twice, first in line {d[first[name]].line}"
+            title = f"<BehaviorTree> `{name}` is there twice, first {d.place(first[name], tree)}"
             file.say("T105", title, tree, attribute="ID")
         first.setdefault(name, tree)
         if name in file.types and file.types[name].kind is not NodeKind.SUBTREE:

@@ -27,10 +27,12 @@ KINDS = frozenset(k.value for k in NodeKind)
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """A port. `required`: an input without a default, which the node asks for when it is ticked."""
+    """A port. `required`: an input without a default, which the node asks for when it is ticked. `default`: what a
+    TreeNodesModel declares as such."""
 
     type: str = "std::string"
     required: bool = False
+    default: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +132,7 @@ def declared(document: Document) -> dict[str, NodeModel]:
             for p in document.kids(i):
                 port = document[p]
                 needed = port.tag in ("input_port", "inout_port") and not port.has("default")
-                ports[port.get("name")] = Port(port.get("type", TEXT), needed)
+                default = port.get("default") if port.has("default") else None
+                ports[port.get("name")] = Port(port.get("type", TEXT), needed, default)
             found.setdefault(element.get("ID"), NodeModel(NodeKind(element.tag), ports, element.line))
     return found

@@ -71,6 +71,8 @@ def _unused(file: File) -> None:
             seen.add(tree)
             stack.extend(below.get(tree, ()))
     for tree in d.trees:
+        if d[tree].file:  # a library of trees has more than one program uses
+            continue
         if tree not in seen and d[tree].get("ID") and d.by_id[d[tree].get("ID")] == tree:
             file.say("T207", f"tree `{d[tree].get('ID')}` is not used from `{d.main}`", tree, attribute="ID")
 
@@ -127,7 +129,7 @@ def _unreached(file: File) -> None:
             if stop is not None and stop + 1 < len(kids):
                 blocker, lost = d.kids(i)[stop], d.kids(i)[stop + 1]
                 never = "never succeeds" if d[i].tag in SEQUENCES else "never fails"
-                title = f"never reached: <{d[blocker].tag}> before it, in line {d[blocker].line}, {never}"
+                title = f"never reached: <{d[blocker].tag}> before it, {d.place(blocker, lost)}, {never}"
                 file.say("T203", title, lost, "remove it, or put it before")
         top = d.kids(tree)
         results[tree] = results[top[0]] if len(top) == 1 else ANY
@@ -229,11 +231,11 @@ def _twice(file: File, index: int) -> None:
             continue
         before, first = seen[content]
         if before == negated:
-            title = f"`{content.label()}` is checked twice in one {name}, first in line {d[first].line}"
+            title = f"`{content.label()}` is checked twice in one {name}, first {d.place(first, child)}"
             file.say("T204", title, child, "remove one")
         else:
             never = "so it never succeeds" if name in SEQUENCES else "so it never fails"
-            title = f"`{content.label()}` and its opposite, in line {d[first].line}, in one {name}, {never}"
+            title = f"`{content.label()}` and its opposite, {d.place(first, child)}, in one {name}, {never}"
             file.say("T205", title, child)
 
 

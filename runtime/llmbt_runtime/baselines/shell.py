@@ -25,6 +25,8 @@ class Limits:
     """The same for every method: ticks of the world, state expansions of a search, changes and nodes of a tree.
 
     `attempts`: how often an action may fail before the whole loop excludes it; the other methods try for ever.
+    `patience_ticks`: so long a method is let wait for the world to come to rest before its tree is changed, and for
+    something to change before it counts as stuck; in a world of facts, where nothing rolls, there is no need to.
     """
 
     ticks: int = 1_000
@@ -33,6 +35,7 @@ class Limits:
     nodes: int = 1_500
     attempts: int = 3
     settle_s: float = 0.5
+    patience_ticks: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +50,10 @@ class Ended:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What a method came to. `nodes` is the largest tree that acted; a method that is stuck has the outcome BUDGET."""
+    """What a method came to. `nodes` is the largest tree that acted; a method that is stuck has the outcome BUDGET.
+
+    `planning_s`: time spent on changing the tree, by the clock that was handed in; 0 without one.
+    """
 
     method: str
     outcome: Outcome
@@ -61,6 +67,7 @@ class Run:
     ticks: int
     tree: Tree
     unsolvable: tuple[Condition, ...] = ()
+    planning_s: float = 0.0
 
     @property
     def completed(self) -> tuple[ActionCall, ...]:
@@ -93,9 +100,11 @@ def carry_on(
     goals: Goals,
     limits: Limits,
     keep: Callable[[Tree], None] = lambda _: None,
+    clock: Callable[[], float] = lambda: 0.0,
 ) -> Run:
-    """Run a tree until the goals hold by the truth, the method gives up, or a limit is reached."""
-    return _Shell(method, policy, world, domain, tree, goals, limits, keep).run()
+    """Run a tree until the goals hold by the truth, the method gives up, or a limit is reached. `keep` hears of every
+    changed tree."""
+    return _Shell(method, policy, world, domain, tree, goals, limits, keep, clock).run()
 
 
 class _Shell:
@@ -111,10 +120,12 @@ class _Shell:
         goals: Goals,
         limits: Limits,
         keep: Callable[[Tree], None],
+        clock: Callable[[], float],
     ) -> None:
         self.method, self.policy, self.world, self.limits = method, policy, world, limits
-        self.domain, self.tree, self.goals, self.keep = domain, tree, goals, keep
-        self.ticks = self.updates = self.largest = 0
+        self.domain, self.tree, self.goals, self.keep, self.clock = domain, tree, goals, keep, clock
+        self.ticks = self.updates = self.largest = self.waited = 0
+        self.planning_s = 0.0
         self.executed: list[Executed] = []
         self.running: tuple[GroundAction, float] | None = None
 
@@ -140,6 +151,9 @@ class _Shell:
             if self.running is not None:
                 self.stop("the tree is to be revised")
                 return None
+            if not self.world.at_rest and self.waited < self.limits.patience_ticks:
+                self.wait()
+                return None
             return self.revise(facts, record)
         call = self.tree[record.action].action
         assert call is not None
@@ -163,15 +177,26 @@ class _Shell:
         if self.updates >= self.limits.updates:
             return Ended(Outcome.BUDGET, f"{self.updates} changes of the tree")
         self.domain = self.domain.for_state(facts)
+        began = self.clock()
         found = self.policy.revise(self.tree, self.domain, facts, record)
+        self.planning_s += self.clock() - began
         if isinstance(found, Ended):
+            if found.stuck and self.waited < self.limits.patience_ticks:
+                self.wait()
+                return None
             return found
+        self.waited = 0
         self.tree = found
         self.updates += 1
         self.keep(found)
         if len(found) > self.limits.nodes:
             return Ended(Outcome.BUDGET, f"a tree of {len(found)} nodes")
         return None
+
+    def wait(self) -> None:
+        """Let one tick go by without an action."""
+        self.waited += 1
+        self.advance()
 
     def advance(self) -> None:
         report = self.world.advance()
@@ -218,4 +243,5 @@ class _Shell:
             self.ticks,
             self.tree,
             ended.unsolvable,
+            self.planning_s,
         )

@@ -1,4 +1,4 @@
-"""Whether and how the hand gets at a thing: grasps, sweeps of the hand, free spots.
+"""Whether and how the hand gets at a thing: sweeps of the hand past everything else.
 
 A second, kinematic client mirrors the physics: bodies are set where they are, the arm where it would be, and Bullet's
 distance queries say what would touch. Nothing is ever stepped in it. Poses of the tip are in the frame of the robot's
@@ -7,122 +7,76 @@ base, everything else is in the world.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 import numpy as np
+from numpy.typing import NDArray
 
 from llmbt_ir.geometry import Vec3
-from llmbt_ir.scene import MAX_GRASP_M, Body, Scene, ScenePlace
-from llmbt_runtime.bullet.bodies import BodyState, Extent, lying_at
+from llmbt_ir.scene import Body, ScenePlace
+from llmbt_runtime.bullet.bodies import BodyState
 from llmbt_runtime.bullet.client import BulletClient
-from llmbt_runtime.bullet.kinematics import TipPose, central_yaw, solve_one
-from llmbt_runtime.bullet.robot import FINGERS, MAX_OPENING_M, load_panda
+from llmbt_runtime.bullet.frames import BasePose
+from llmbt_runtime.bullet.grasping import Carried, Grasp, Verdict, grasps_of, held_state, put_down_state, tip_for
+from llmbt_runtime.bullet.kinematics import TipPose, central_yaw, solve_one, tip_of
+from llmbt_runtime.bullet.robot import MAX_OPENING_M, load_robot
 from llmbt_runtime.bullet.scene_builder import add_bodies, add_fixtures
+from llmbt_runtime.bullet.spots import SPOT_GAP_TILTED_M, free_spots
+from llmbt_runtime.bullet.stage import Stage
 
-__all__ = ["Approach", "BaseFrame", "Carried", "Grasp", "Verdict"]
+__all__ = ["Approach"]
+
+Array = NDArray[np.float64]
 
 PREGRASP_M = 0.09
 """The hand comes straight down from at least this far above a grasp."""
-FINGER_BELOW_TIP_M = 0.0115
 _SWEEP_M = (0.0, 0.02, 0.05, PREGRASP_M)
-_GRASP_DEPTH_M = 0.03
-_HIGHER_M, _LEAST_DEPTH_M = 0.009, 0.012
-"""Where a step is in the way of the palm, a thing is taken this much higher, if that is not too near its top."""
-_OPEN_BESIDE_M = (0.010, 0.005)
-"""How far the fingers are open beside a thing on either side; the second in tight places."""
 _RELEASE_BESIDE_M = 0.006
 _MARGIN_M = 0.0015
-_FIRST_MOVING_LINK = 2
-_TILT_LIMIT = math.sin(math.radians(40))
+_PLANNED_MARGIN_M = 0.006
+_NEAR_HAND_M = 0.25
 _FAR: Vec3 = (90.0, 90.0, 0.0)
-_SPOT_STEP_M = 0.02
-_SPOT_GAP_M, _SPOT_GAP_TILTED_M = 0.055, 0.025
-_SPOT_FIXTURE_GAP_M = 0.09
 _SPOT_TRIES = 16
-_MIN_REACH_M, _MAX_REACH_M = 0.30, 0.74
-
-
-@dataclass(frozen=True, slots=True)
-class BaseFrame:
-    """The frame of the robot's base in the world."""
-
-    xyz_m: Vec3
-    yaw_rad: float
-
-    def to_base(self, x: float, y: float, z: float, yaw: float) -> TipPose:
-        """A tip pose of the world in the frame of the base."""
-        dx, dy = x - self.xyz_m[0], y - self.xyz_m[1]
-        c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        return (c * dx + s * dy, -s * dx + c * dy, z - self.xyz_m[2], yaw - self.yaw_rad)
-
-    def to_world(self, pose: TipPose) -> TipPose:
-        """A tip pose in the frame of the base, in the world."""
-        c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        x, y, z, yaw = pose
-        return (
-            self.xyz_m[0] + c * x - s * y,
-            self.xyz_m[1] + s * x + c * y,
-            z + self.xyz_m[2],
-            yaw + self.yaw_rad,
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class Grasp:
-    """Where the tip goes (base frame), how wide the fingers open before and how wide the thing is between them."""
-
-    tip: TipPose
-    opening_m: float
-    width_m: float
-
-
-@dataclass(frozen=True, slots=True)
-class Carried:
-    """How a held thing sits in the hand: its centre seen from the tip, in the hand's yaw frame, and its turn.
-
-    A tilted one will fall over when it is let go.
-    """
-
-    id: str
-    along_m: float
-    across_m: float
-    below_m: float
-    bottom_below_tip_m: float
-    turn_rad: float
-    width_m: float
-    tilted: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """A grasp or a place to let go, or why there is none: out of reach, a fixture, or the body `blocker`.
-
-    `options` are the sets of bodies that would have to go, one for each way that fixtures leave open.
-    """
-
-    grasp: Grasp | None = None
-    blocker: str | None = None
-    reachable: bool = True
-    options: tuple[tuple[str, ...], ...] = ()
+_LONG_M = 0.01
 
 
 class Approach:
     """The kinematic shadow of a scene."""
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self.frame = BaseFrame(scene.robot_xyz_m, scene.robot_yaw_rad)
+    def __init__(self, stage: Stage) -> None:
+        self.stage, scene = stage, stage.scene
+        self.frame = BasePose.of_scene(scene)
         self.client = client = BulletClient()
         self._fixtures = add_fixtures(client, scene)
-        self._robot = load_panda(client, scene.robot_xyz_m, scene.robot_yaw_rad, visible=False)
+        self._robot = load_robot(client, scene, visible=False)
         self._bodies = add_bodies(client, scene)
         self._kinds: dict[str, Body] = {b.id: b for b in (*scene.objects, *scene.obstacles)}
         self._here: dict[str, BodyState] = {}
         for id_ in self._bodies:
             self._away(id_)
+
+    def stand_at(self, at: BasePose) -> None:
+        """Where the robot's base is. Nothing happens to one that is bolted down."""
+        if self._robot.joints.base and at != self.frame:
+            self._robot.stand_at(self.client, at)
+            self.frame = at
+
+    @contextmanager
+    def standing_at(self, at: BasePose) -> Iterator[None]:
+        """As `stand_at`, for a while."""
+        before = self.frame
+        self.stand_at(at)
+        try:
+            yield
+        finally:
+            self.stand_at(before)
+
+    def move_fixtures(self) -> None:
+        """Set the fixtures where the stage has them now."""
+        for f in self.stage.scene.fixtures:
+            self.client.resetBasePositionAndOrientation(self._fixtures[f.id], f.xyz_m, (0, 0, 0, 1))
 
     def _away(self, id_: str) -> None:
         index = list(self._bodies).index(id_)
@@ -151,33 +105,66 @@ class Approach:
         q = solve_one(tip)
         if q is None:
             return False
-        client = self.client
-        for j, value in enumerate(q.tolist()):
-            client.resetJointState(self._robot, j, value)
-        for j in FINGERS:
-            client.resetJointState(self._robot, j, opening_m / 2)
+        self._pose_joints(q, opening_m)
         return True
+
+    def _pose_joints(self, q: Array, opening_m: float) -> None:
+        client, robot = self.client, self._robot
+        for j, value in zip(robot.joints.arm, q.tolist(), strict=True):
+            client.resetJointState(robot.body, j, value)
+        for j in robot.joints.fingers:
+            client.resetJointState(robot.body, j, opening_m / 2)
+
+    def touches(self, q: Array, opening_m: float) -> bool:
+        """Whether the arm at some joint angles touches a fixture or a mirrored body."""
+        self._pose_joints(q, opening_m)
+        fixture, bodies = self._arm_hits(None)
+        return fixture or bool(bodies)
 
     def _arm_hits(self, without: str | None) -> tuple[bool, tuple[str, ...]]:
         """Whether the arm as posed touches a fixture, and which bodies it touches."""
-        client, robot = self.client, self._robot
-        reach = 0.25
+        client, robot = self.client, self._robot.body
+        first = self._robot.joints.first_moving_link
         hits: list[str] = []
-        tip = client.getLinkState(robot, 11, computeForwardKinematics=1)[4]
+        tip = client.getLinkState(robot, self._robot.joints.tip, computeForwardKinematics=1)[4]
         for id_, state in self._here.items():
-            if id_ == without or math.hypot(state.xyz[0] - tip[0], state.xyz[1] - tip[1]) > reach:
-                continue
-            if any(
-                c[3] >= _FIRST_MOVING_LINK
-                for c in client.getClosestPoints(robot, self._bodies[id_], distance=_MARGIN_M)
+            if id_ == without or math.hypot(state.xyz[0] - tip[0], state.xyz[1] - tip[1]) > _NEAR_HAND_M + _beyond(
+                state
             ):
+                continue
+            if any(c[3] >= first for c in client.getClosestPoints(robot, self._bodies[id_], distance=_MARGIN_M)):
                 hits.append(id_)
-        fixture = any(
-            c[3] >= _FIRST_MOVING_LINK
+        return self._touches_fixture(), tuple(hits)
+
+    def free_along(self, joints: Iterable[Array], opening_m: float, carried: Carried | None) -> bool:
+        """Whether the arm, with what it holds, keeps a margin from everything at each of some joint angles."""
+        return all(self.is_free(q, opening_m, carried) for q in joints)
+
+    def is_free(self, q: Array, opening_m: float, carried: Carried | None) -> bool:
+        """Whether the arm at some joint angles, with what it holds, keeps a margin from everything."""
+        self._pose_joints(q, opening_m)
+        robot, first = self._robot.body, self._robot.joints.first_moving_link
+        others = [*self._fixtures.values(), *(self._bodies[id_] for id_ in self._here)]
+        near = (self.client.getClosestPoints(robot, body, distance=_PLANNED_MARGIN_M) for body in others)
+        if any(c[3] >= first for points in near for c in points):
+            return False
+        if carried is None:
+            return True
+        body = self._kinds[carried.id]
+        self._set(body.id, held_state(self.frame, body, carried, tip_of(q)))
+        held, stand = self._bodies[body.id], range(first)
+        touches = any(self.client.getClosestPoints(held, b, distance=_PLANNED_MARGIN_M) for b in others)
+        stood_on = any(c[4] in stand for c in self.client.getClosestPoints(held, robot, distance=_PLANNED_MARGIN_M))
+        self._away(body.id)
+        return not touches and not stood_on
+
+    def _touches_fixture(self) -> bool:
+        robot, first = self._robot.body, self._robot.joints.first_moving_link
+        return any(
+            c[3] >= first
             for body in self._fixtures.values()
-            for c in client.getClosestPoints(robot, body, distance=_MARGIN_M)
+            for c in self.client.getClosestPoints(robot, body, distance=_MARGIN_M)
         )
-        return fixture, tuple(hits)
 
     def _sweep(self, tip: TipPose, opening_m: float, without: str) -> tuple[bool, bool, tuple[str, ...]]:
         """Reachable, free of fixtures, and the bodies in the way of a hand that comes straight down to `tip`."""
@@ -191,29 +178,20 @@ class Approach:
             hits += [f for f in found if f not in hits]
         return True, True, tuple(hits)
 
-    def grasps(self, body: Body, state: BodyState) -> list[Grasp]:
-        """The ways to take a thing from above with its faces between the fingers, the handiest first."""
-        ext = state.extent
-        deepest = min(ext.half[2], _GRASP_DEPTH_M)
-        depths = (deepest, max(deepest - _HIGHER_M, _LEAST_DEPTH_M))
-        found: list[tuple[tuple[float, ...], Grasp]] = []
-        square = [(0, *axis) for axis in _finger_axes(body, state)]
-        askew = [(1, *axis) for axis in _askew_axes(body, state)]
-        for (turns, yaw, width), depth, beside in itertools.product(square + askew, depths, _OPEN_BESIDE_M):
-            if width > MAX_GRASP_M:
-                continue
-            z = max(ext.top_m - depth, ext.bottom_m + FINGER_BELOW_TIP_M + 0.001)
-            x, y, zb, yb = self.frame.to_base(*state.xyz[:2], z, yaw)
-            yb = central_yaw(x, y, yb)
-            twist = abs(yb - (math.pi / 2 + math.atan2(y, x)))
-            opening = min(MAX_OPENING_M, width + 2 * beside)
-            found.append(((turns, -beside, -round(depth, 4), round(twist, 3)), Grasp((x, y, zb, yb), opening, width)))
-        return [g for _, g in sorted(found, key=lambda f: f[0])]
+    def reaches(self, at: BasePose, points: Iterable[Vec3]) -> bool:
+        """Whether from a pose of the base the hand comes to all points (world), and no fixture is in the way."""
+        with self.standing_at(at):
+            for x, y, z in points:
+                tip = self.frame.to_base(x, y, z, 0.0)
+                along = (*tip[:3], central_yaw(tip[0], tip[1], math.pi / 2 + math.atan2(tip[1], tip[0])))
+                if not self._pose_arm(along, MAX_OPENING_M) or self._touches_fixture():
+                    return False
+        return True
 
     def grasp(self, id_: str) -> Verdict:
         """The handiest grasp of a mirrored body that nothing is in the way of; else what is."""
         options: list[tuple[str, ...]] = []
-        for g in self.grasps(self._kinds[id_], self._here[id_]):
+        for g in grasps_of(self.frame, self._kinds[id_], self._here[id_]):
             reach, fixtures, hits = self._sweep(g.tip, g.opening_m, id_)
             if reach and fixtures and not hits:
                 return Verdict(g)
@@ -235,15 +213,6 @@ class Approach:
 
     # ------------------------------------------------------------------ letting go
 
-    def tip_for(self, carried: Carried, x: float, y: float, bottom_m: float, yaw: float) -> TipPose:
-        """Where the tip must be (base frame) for a held thing's centre to be over (x, y), its bottom at a height, and
-        the fingers opening along `yaw`."""
-        c, s = math.cos(yaw), math.sin(yaw)
-        tx = x - (c * carried.along_m - s * carried.across_m)
-        ty = y - (s * carried.along_m + c * carried.across_m)
-        bx, by, bz, byaw = self.frame.to_base(tx, ty, bottom_m + carried.bottom_below_tip_m, yaw)
-        return (bx, by, bz, central_yaw(bx, by, byaw))
-
     def let_go(self, carried: Carried, x: float, y: float, bottom_m: float, yaws: Sequence[float]) -> Verdict:
         """How to put a held thing down at a spot: the first of the yaws with nothing in the way."""
         body = self._kinds[carried.id]
@@ -251,7 +220,7 @@ class Approach:
         blockers: dict[str, None] = {}
         reachable = False
         for yaw in yaws:
-            tip = self.tip_for(carried, x, y, bottom_m, yaw)
+            tip = tip_for(self.frame, carried, x, y, bottom_m, yaw)
             reach, fixtures, hits = self._sweep(tip, opening, carried.id)
             if not (reach and fixtures):
                 continue
@@ -264,7 +233,7 @@ class Approach:
 
     def _lying(self, body: Body, carried: Carried, x: float, y: float, bottom_m: float, yaw: float) -> tuple[str, ...]:
         """The bodies that a thing put down at a spot would reach into."""
-        state = self._put_down(body, carried, x, y, bottom_m, yaw)
+        state = put_down_state(body, carried, x, y, bottom_m, yaw)
         self._set(body.id, state)
         hits = tuple(
             id_
@@ -273,11 +242,6 @@ class Approach:
         )
         self._away(body.id)
         return hits
-
-    @staticmethod
-    def _put_down(body: Body, carried: Carried, x: float, y: float, bottom_m: float, yaw: float) -> BodyState:
-        z = bottom_m + carried.bottom_below_tip_m - carried.below_m
-        return lying_at(body, (x, y, z + 0.001), yaw + carried.turn_rad)
 
     def fits(self, id_: str, state: BodyState) -> bool:
         """Whether a body could be at a pose without reaching into a mirrored body or a fixture."""
@@ -295,38 +259,6 @@ class Approach:
             self._away(id_)
         return free
 
-    # ------------------------------------------------------------------ free spots
-
-    def spots(
-        self, place: ScenePlace, half_m: float, keep_off: Iterable[Extent], gap_m: float = _SPOT_GAP_M
-    ) -> list[tuple[float, float]]:
-        """Where in a region a thing of half-width `half_m` would lie apart from everything, the roomiest first."""
-        if place.surface_m is None:
-            return []
-        px, py, pz = place.surface_m
-        rx, ry = place.size_m[0] / 2 - half_m - 0.005, place.size_m[1] / 2 - half_m - 0.005
-        if rx < 0 or ry < 0:
-            return []
-        xs = np.linspace(-rx, rx, max(1, int(2 * rx / _SPOT_STEP_M) + 1)) + px if rx > 0 else np.array([px])
-        ys = np.linspace(-ry, ry, max(1, int(2 * ry / _SPOT_STEP_M) + 1)) + py if ry > 0 else np.array([py])
-        gx, gy = (a.ravel() for a in np.meshgrid(xs, ys, indexing="ij"))
-        bx, by = gx - self.frame.xyz_m[0], gy - self.frame.xyz_m[1]
-        away = np.hypot(bx, by)
-        ok = (away >= _MIN_REACH_M) & (away <= _MAX_REACH_M)
-        ok &= np.abs(np.arctan2(by, bx) - self.frame.yaw_rad) < math.radians(150)
-        for f in self.scene.fixtures:
-            if f.top_m > pz + 0.005:
-                gap = np.maximum(np.abs(gx - f.xyz_m[0]) - f.size_m[0] / 2, np.abs(gy - f.xyz_m[1]) - f.size_m[1] / 2)
-                ok &= gap >= half_m + _SPOT_FIXTURE_GAP_M
-        room = np.full(len(gx), 0.12)
-        for e in keep_off:
-            gap = np.maximum(np.abs(gx - e.centre[0]) - e.half[0], np.abs(gy - e.centre[1]) - e.half[1])
-            room = np.minimum(room, gap - half_m)
-        ok &= room >= gap_m
-        index = np.flatnonzero(ok)
-        order = np.lexsort((gy[index], gx[index], np.round(away[index], 3), -np.round(room[index], 3)))
-        return [(float(gx[i]), float(gy[i])) for i in index[order]]
-
     def spot(
         self, carried: Carried, place: ScenePlace, yaws: Sequence[float], avoid: str | None = None
     ) -> tuple[tuple[float, float], Verdict] | None:
@@ -334,23 +266,48 @@ class Approach:
 
         `avoid` is a body that must be clear afterwards, the one for whose sake the thing is moved.
         """
-        body, surface = self._kinds[carried.id], place.surface_m
+        surface = place.surface_m
         if surface is None:
             return None
-        keep_off = [s.extent for s in self._here.values()]
-        half = math.hypot(*body.size_m[:2]) / 2 if _turned(yaws) else max(body.size_m[:2]) / 2
-        spots = self.spots(place, half, keep_off)
-        if carried.tilted:  # room to fall over, where there is any
-            wide = self.spots(place, math.hypot(*body.size_m) / 2, keep_off, _SPOT_GAP_TILTED_M)
-            spots = wide or spots
         before = {id_: self.grasp(id_) for id_ in sorted(self._here)}
-        for x, y in spots[:_SPOT_TRIES]:
-            verdict = self.let_go(carried, x, y, surface[2], yaws)
+        for x, y, turns in self._spots(carried, place, yaws):
+            verdict = self.let_go(carried, x, y, surface[2], turns)
             if verdict.grasp is None:
                 continue
             if self._leaves_clear(carried, (x, y), surface[2], verdict.grasp, before, avoid):
                 return (x, y), verdict
         return None
+
+    def _spots(
+        self, carried: Carried, place: ScenePlace, yaws: Sequence[float]
+    ) -> Iterator[tuple[float, float, Sequence[float]]]:
+        """Roomy spots for a held thing, each with the yaws that it has room in: of a long one, one at a time."""
+        body = self._kinds[carried.id]
+        keep_off, fixtures = [s.extent for s in self._here.values()], self.stage.scene.fixtures
+        halves = [put_down_state(body, carried, 0.0, 0.0, 0.0, yaw).extent.half[:2] for yaw in yaws]
+        widest = max(max(h) for h in halves)
+        if widest - min(min(h) for h in halves) > _LONG_M and not carried.tilted:
+            for yaw, half in zip(yaws, halves, strict=True):
+                spots = free_spots(place, half, keep_off, fixtures, self.frame)
+                yield from ((x, y, [yaw]) for x, y in self._packed(place, spots)[:_SPOT_TRIES])
+            return
+        spots = free_spots(place, (widest, widest), keep_off, fixtures, self.frame)
+        if carried.tilted:  # room to fall over, where there is any
+            fallen = math.hypot(*body.size_m) / 2
+            spots = free_spots(place, (fallen, fallen), keep_off, fixtures, self.frame, SPOT_GAP_TILTED_M) or spots
+        yield from ((x, y, yaws) for x, y in self._packed(place, spots)[:_SPOT_TRIES])
+
+    def _packed(self, place: ScenePlace, spots: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        """Spots in the order in which a small region holds the most: a robot that drives fills it from the corners.
+
+        What is no place of the scene is used in its middle.
+        """
+        if not self._robot.joints.base or place.surface_m is None:
+            return spots
+        x, y, _ = place.surface_m
+        if all(p.id != place.id for p in self.stage.scene.places):
+            return sorted(spots, key=lambda p: round(math.hypot(p[0] - x, p[1] - y), 3))
+        return sorted(spots, key=lambda p: -round(abs(p[0] - x) / place.size_m[0] + abs(p[1] - y) / place.size_m[1], 2))
 
     def _leaves_clear(
         self,
@@ -364,7 +321,7 @@ class Approach:
         """Whether everything that could be taken still can be with the carried thing lying at a spot."""
         near = [id_ for id_, s in self._here.items() if math.hypot(s.xyz[0] - at[0], s.xyz[1] - at[1]) < 0.25]
         body = self._kinds[carried.id]
-        self._set(body.id, self._put_down(body, carried, *at, bottom_m, how.tip[3] + self.frame.yaw_rad))
+        self._set(body.id, put_down_state(body, carried, *at, bottom_m, how.tip[3] + self.frame.yaw_rad))
         try:
             wanted = [id_ for id_ in near if before[id_].grasp is not None or id_ == avoid]
             return all(self.grasp(id_).grasp is not None for id_ in (carried.id, *wanted))
@@ -376,43 +333,6 @@ class Approach:
         self.client.close()
 
 
-def _turned(yaws: Sequence[float]) -> bool:
-    return any(abs(math.sin(2 * y)) > 0.05 for y in yaws)
-
-
-def _finger_axes(body: Body, state: BodyState) -> list[tuple[float, float]]:
-    """Yaws (world) along which the fingers may close on a thing, and its width there."""
-    columns = [tuple(row[i] for row in state.axes) for i in (0, 1, 2)]
-    sx, sy, sz = body.size_m
-    if body.shape == "sphere":
-        return [(k * math.pi / 4, sx) for k in range(4)]
-    if body.shape == "cylinder":
-        u = columns[2]
-        if abs(u[2]) > 0.7:
-            return [(k * math.pi / 4, sx) for k in range(4)]
-        return [(math.atan2(u[1], u[0]) + math.pi / 2, sx)]
-    flat = [
-        (abs(c[2]), math.atan2(c[1], c[0]), size)
-        for c, size in zip(columns, (sx, sy, sz), strict=True)
-        if abs(c[2]) < _TILT_LIMIT
-    ]
-    return [(yaw, size) for _, yaw, size in sorted(flat, key=lambda f: round(f[0], 4))]
-
-
-def _askew_axes(body: Body, state: BodyState) -> list[tuple[float, float]]:
-    """Yaws for a box that its faces offer no grasp of, and the box's extent there.
-
-    An upright one that stands askew, as against the riser of a step, is turned flush by the fingers as they close along
-    the world's axes, or held by its corners. One that leans somewhere is taken as it comes.
-    """
-    if body.shape in ("cylinder", "sphere"):
-        return []
-    yaws = [0.0, math.pi / 2] if state.upright(body.shape) else [k * math.pi / 8 for k in range(8)]
-    return [(yaw, _width_along(body, state, yaw)) for yaw in yaws]
-
-
-def _width_along(body: Body, state: BodyState, yaw: float) -> float:
-    """The extent of a box along a horizontal direction."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    x, y, _ = state.axes
-    return sum(abs(c * x[i] + s * y[i]) * body.size_m[i] for i in (0, 1, 2))
+def _beyond(state: BodyState) -> float:
+    """How far a large thing reaches beyond what a small one does."""
+    return max(0.0, max(state.extent.half[:2]) - 0.1)

@@ -10,8 +10,10 @@ from llmbt_ir.geometry import IDENTITY_QUAT, Pose, Vec3
 from llmbt_ir.scene import Body, Scene
 from llmbt_runtime.bullet.bodies import BodyState, extent_of
 from llmbt_runtime.bullet.client import BulletClient
+from llmbt_runtime.bullet.frames import BasePose
 from llmbt_runtime.bullet.motion import CONTROL_HZ
-from llmbt_runtime.bullet.robot import FINGERS, PHYSICS_HZ, TIP, Panda
+from llmbt_runtime.bullet.restore import Memory
+from llmbt_runtime.bullet.robot import PHYSICS_HZ, Base, Panda, load_robot
 from llmbt_runtime.bullet.scene_builder import add_bodies, add_fixtures, parking_spot
 from llmbt_runtime.world import TICK_S
 
@@ -31,6 +33,7 @@ class Sensed:
 
     `held`: both fingers have pressed it with more than 1 N for five steps and it is at the tip. `touched`: bodies that
     a finger touches, with the force in newtons, the strongest first. `supported`: bodies that rest on a fixture.
+    `base`: where the arm's base is.
     """
 
     time_s: float
@@ -38,6 +41,7 @@ class Sensed:
     held: str | None = None
     touched: tuple[tuple[str, float], ...] = ()
     supported: frozenset[str] = field(default_factory=frozenset)
+    base: BasePose = field(default=BasePose(0.0, 0.0, 0.0, 0.0))
 
 
 class Bench:
@@ -54,7 +58,9 @@ class Bench:
         )
         client.setGravity(0, 0, -9.81)
         self.fixtures = add_fixtures(client, scene)
-        self.panda = Panda(client, scene.robot_xyz_m, scene.robot_yaw_rad)
+        robot = load_robot(client, scene, visible=False)
+        self.panda = Panda(client, robot)
+        self.base = Base(client, robot, BasePose.of_scene(scene))
         self.bodies = add_bodies(client, scene)
         self.kinds: dict[str, Body] = {b.id: b for b in (*scene.objects, *scene.obstacles)}
         self.in_play: list[str] = [b.id for b in scene.objects]
@@ -68,6 +74,32 @@ class Bench:
             client.stepSimulation()
         self.sensed = self._sense(None)
 
+    def remember(self) -> None:
+        """What `restore` goes back to."""
+        self._state: int = self.client.saveState()
+        self._memory = Memory(self, self.panda, self.panda.follower, self.base, self.base.follower)
+
+    def restore(self) -> None:
+        """Everything as it was when it was remembered, bit for bit in what follows, if it is restored once right away.
+
+        The solver takes contacts in the order in which they came about, and Bullet restores only those of pairs that
+        touch: so all bodies are parted first, and brought together from there. Motors are asked anew: arm and base by
+        the next tick, which starts their trajectories from the first row.
+        """
+        self._memory.recall()
+        for k, body in enumerate(self.bodies.values()):
+            self.client.resetBasePositionAndOrientation(body, (30.0 + 3.0 * k, -50.0, 50.0), (0, 0, 0, 1))
+        self.client.performCollisionDetection()
+        self.client.restoreState(self._state)
+        self.client.performCollisionDetection()
+        self.client.restoreState(self._state)
+        self.panda.grip(self.panda.opening_m)
+
+    def move_fixtures(self, scene: Scene) -> None:
+        """Set the fixtures where a scene has them."""
+        for f in scene.fixtures:
+            self.client.resetBasePositionAndOrientation(self.fixtures[f.id], f.xyz_m, (0, 0, 0, 1))
+
     @property
     def time_s(self) -> float:
         """Simulated time since the scene had settled."""
@@ -75,7 +107,7 @@ class Bench:
 
     def tick(self) -> Sensed:
         """One tick of STEPS_PER_TICK steps, the arm on its trajectory."""
-        client, panda = self.client, self.panda
+        client, panda, base = self.client, self.panda, self.base
         gripping = panda.opening_m < 1e-6
         if self._slip_ticks:
             self._slip_ticks -= 1
@@ -84,6 +116,7 @@ class Bench:
         grasped: str | None = None
         for i in range(0, STEPS_PER_TICK, _SUBSTEPS):
             panda.command()
+            base.command()
             for k in range(_SUBSTEPS):
                 client.stepSimulation()
                 if gripping and i + k >= STEPS_PER_TICK - _GRASP_STEPS:
@@ -102,12 +135,17 @@ class Bench:
 
     def _finger_forces(self) -> dict[str, tuple[float, float]]:
         forces: dict[str, list[float]] = {}
-        for side, link in enumerate(FINGERS):
+        for side, link in enumerate(self.panda.joints.fingers):
             for contact in self.client.getContactPoints(bodyA=self.panda.body, linkIndexA=link):
                 name = self._names.get(contact[2])
                 if name is not None and contact[8] <= 1e-4:
                     forces.setdefault(name, [0.0, 0.0])[side] += contact[9]
         return {name: (f[0], f[1]) for name, f in forces.items()}
+
+    @property
+    def gripping(self) -> bool:
+        """Whether both fingers press on something now, by what they feel."""
+        return any(min(both) > _GRASP_FORCE_N for both in self._finger_forces().values())
 
     def state(self, id_: str) -> BodyState:
         """The state of a body now."""
@@ -126,7 +164,7 @@ class Bench:
 
     def tip_xyz(self) -> Vec3:
         """Where the tip is, in the world."""
-        x, y, z = self.client.getLinkState(self.panda.body, TIP, computeForwardKinematics=1)[4]
+        x, y, z = self.client.getLinkState(self.panda.body, self.panda.joints.tip, computeForwardKinematics=1)[4]
         return x, y, z
 
     def _sense(self, grasped: str | None) -> Sensed:
@@ -147,7 +185,8 @@ class Bench:
                 supported.add(self._names[b])
             elif b in self._fixture_ids and a in self._names:
                 supported.add(self._names[a])
-        return Sensed(self.time_s, states, grasped, tuple(touched), frozenset(supported & set(states)))
+        on = frozenset(supported & set(states))
+        return Sensed(self.time_s, states, grasped, tuple(touched), on, self.base.measured())
 
     def _near_tip(self, state: BodyState, id_: str, reach_m: float) -> bool:
         """Whether the tip is within `reach_m` of the body's centre, along the body's height not counted beyond it."""

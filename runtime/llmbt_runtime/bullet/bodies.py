@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from llmbt_ir.geometry import Pose, Quat, Vec3, quat_from_yaw
 from llmbt_ir.scene import Body
 
-__all__ = ["AT_REST_M_S", "BodyState", "Extent", "extent_of", "lying_at", "overlap"]
+__all__ = ["AT_REST_M_S", "Axes", "BodyState", "Extent", "any_moved", "at_rest", "extent_of", "lying_at", "overlap"]
 
 AT_REST_M_S = 0.01
 AT_REST_RAD_S = 0.3
+Axes = tuple[Vec3, Vec3, Vec3]
+"""The rows of a rotation matrix: world from body."""
 _UPRIGHT = math.cos(math.radians(10))
 _STILL_UPRIGHT = math.cos(math.radians(20))
 
@@ -49,7 +52,7 @@ class BodyState:
 
     xyz: Vec3
     quat: Quat
-    axes: tuple[Vec3, Vec3, Vec3]
+    axes: Axes
     speed: float
     spin: float
     extent: Extent
@@ -81,7 +84,12 @@ class BodyState:
         return max(abs(u) for u in up) > limit
 
 
-def extent_of(body: Body, xyz: Vec3, axes: tuple[Vec3, Vec3, Vec3]) -> Extent:
+def any_moved(now: Mapping[str, BodyState], before: Mapping[str, BodyState]) -> bool:
+    """Whether a body has moved, come or gone."""
+    return now.keys() != before.keys() or any(s.moved_from(before[id_]) for id_, s in now.items())
+
+
+def extent_of(body: Body, xyz: Vec3, axes: Axes) -> Extent:
     """The bounding box of a body at a pose."""
     sx, sy, sz = body.size_m
     if body.shape == "sphere":
@@ -91,6 +99,26 @@ def extent_of(body: Body, xyz: Vec3, axes: tuple[Vec3, Vec3, Vec3]) -> Extent:
     else:
         half = _triple([(abs(r[0]) * sx + abs(r[1]) * sy + abs(r[2]) * sz) / 2 for r in axes])
     return Extent(xyz, half)
+
+
+def at_rest(body: Body, xyz: Vec3, axes: Axes) -> BodyState:
+    """A body that does not move."""
+    return BodyState(xyz, _quat_of(axes), axes, 0.0, 0.0, extent_of(body, xyz, axes))
+
+
+def _quat_of(r: Axes) -> Quat:
+    """The quaternion of a rotation matrix; the branch is the one whose divisor is largest."""
+    trace = r[0][0] + r[1][1] + r[2][2]
+    squares = (1 + 2 * r[0][0] - trace, 1 + 2 * r[1][1] - trace, 1 + 2 * r[2][2] - trace, 1 + trace)
+    k = max(range(4), key=lambda i: squares[i])
+    big = math.sqrt(max(squares[k], 0.0)) / 2
+    d = 1 / (4 * big)
+    skew = (r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1])
+    if k == 3:
+        return skew[0] * d, skew[1] * d, skew[2] * d, big
+    q = [(r[i][k] + r[k][i]) * d for i in (0, 1, 2)]
+    q[k] = big
+    return q[0], q[1], q[2], skew[k] * d
 
 
 def lying_at(body: Body, xyz: Vec3, yaw_rad: float) -> BodyState:

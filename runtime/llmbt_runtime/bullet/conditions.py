@@ -1,4 +1,4 @@
-"""The facts of the cargo_sorting library, read off the physics.
+"""The facts of the shipped libraries, read off the physics.
 
 Two readings of one world: `strict`, for scoring, where a fact holds or not by this tick alone; and the settled one for
 a tree, where what holds is kept by wider bounds than those by which it comes to hold, so that a brush changes nothing.
@@ -6,26 +6,27 @@ a tree, where what holds is kept by wider bounds than those by which it comes to
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from llmbt_ir.condition import Condition, Facts
 from llmbt_ir.scene import SUPPORT_TOLERANCE_M, Body, Scene, ScenePlace
-from llmbt_runtime.bullet.approach import Approach, Verdict
+from llmbt_runtime.bullet.base_conditions import BaseConditions
 from llmbt_runtime.bullet.bench import Sensed
-from llmbt_runtime.bullet.bodies import BodyState, Extent, overlap
+from llmbt_runtime.bullet.bodies import BodyState, Extent, any_moved, overlap
+from llmbt_runtime.bullet.frames import BasePose
+from llmbt_runtime.bullet.judging import Judge
+from llmbt_runtime.bullet.spots import free_spots, small_half_m
+from llmbt_runtime.bullet.stage import Stage
 
 __all__ = ["Conditions", "Reading"]
 
 _KEEP_HEIGHT_M = 0.015
 _KEEP_XY_M = 0.005
-_RESTLESS_TICKS = 20
-"""After this many ticks in which something moves, approaches are judged all the same: it may roll for ever."""
 _STILL_TICKS = 3
 """What has been at rest for so long is where it is: no wider bounds."""
 _SLOT_SPACE_M = 0.06
-_TYPICAL_HALF_M = 0.0235
+_BESIDE_M = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,23 +42,34 @@ class Reading:
 class Conditions:
     """Reads facts off what was sensed, tick by tick."""
 
-    scene: Scene
-    approach: Approach
+    stage: Stage
     kinds: dict[str, Body]
+    judge: Judge
+    base: BaseConditions
     _on: dict[str, frozenset[str]] = field(default_factory=dict)
-    _judged: dict[str, BodyState] = field(default_factory=dict)
-    _judged_held: str | None = None
-    _verdicts: dict[str, Verdict] = field(default_factory=dict)
-    _blockers: dict[str, str | None] = field(default_factory=dict)
     _still: dict[str, int] = field(default_factory=dict)
     _space_at: dict[str, BodyState] = field(default_factory=dict)
     _space_held: str | None = None
     _free: Facts = frozenset()
+    _denied: dict[Condition, dict[str, BodyState]] = field(default_factory=dict)
     _crowd: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    _restless: int = 0
+    _arranged_at: int = -1
     _containers: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self._arrange()
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as it is now."""
+        return self.stage.scene
+
+    def _arrange(self) -> None:
+        """Where the places are now."""
+        if self._arranged_at == self.stage.shifts:
+            return
+        self._arranged_at = self.stage.shifts
+        self._space_at = {}
         self._containers = {p.id: tuple(self.scene.with_containers(p.id)) for p in self.scene.places}
         self._surfaces = [p for p in self.scene.places if p.surface_m is not None]
         self._surfaces.sort(key=lambda p: (-self.scene.depth(p.id), p.id))
@@ -72,8 +84,8 @@ class Conditions:
 
     def read(self, sensed: Sensed) -> Reading:
         """The facts of this tick."""
+        self._arrange()
         at_rest = all(s.at_rest for id_, s in sensed.states.items() if id_ != sensed.held)
-        self._restless = 0 if at_rest else self._restless + 1
         hand = self._hand(sensed)
         strict, settled = set(hand), set(hand)
         for id_, state in sensed.states.items():
@@ -93,7 +105,9 @@ class Conditions:
                 strict.add(fallen)
                 if not kept:
                     settled.add(fallen)
-        shared = self._space(sensed) | self._approaches(sensed, at_rest)
+        shared = self._space(sensed) | self.judge.facts(sensed, self._on, at_rest=at_rest) | self.base.ways(sensed)
+        for facts, near in ((strict, self.base.near(sensed, strict=True)), (settled, self.base.near(sensed))):
+            facts.update({Condition("Near", (near,))} if near is not None else ())
         strict.update(self._obstructs(strict))
         settled.update(self._obstructs(settled))
         return Reading(frozenset(strict) | shared, frozenset(settled) | shared, at_rest)
@@ -132,7 +146,7 @@ class Conditions:
     def _space(self, sensed: Sensed) -> Facts:
         """Free slots, and regions with room for one more block."""
         lying = {id_: s for id_, s in sensed.states.items() if id_ != sensed.held}
-        if sensed.held != self._space_held or _moved(lying, self._space_at):
+        if sensed.held != self._space_held or any_moved(lying, self._space_at):
             extents = [s.extent for s in lying.values()]
             free: set[Condition] = set()
             self._crowd = {}
@@ -143,11 +157,35 @@ class Conditions:
                         self._crowd[place.id] = within
                     else:
                         free.add(Condition("Free", (place.id,)))
-                elif self._takes_many(place) and self.approach.spots(place, _TYPICAL_HALF_M, extents):
+                elif self._takes_many(place) and self._has_room(place, extents):
                     free.add(Condition("Free", (place.id,)))
-            self._free = frozenset(free)
+            self._free = frozenset(free) - self._still_denied(sensed)
             self._space_at, self._space_held = lying, sensed.held
         return self._free
+
+    def deny(self, free: Condition, sensed: Sensed) -> None:
+        """A place has no room after all, for what a skill held over it: so it is until something moves there."""
+        self._denied[free] = self._around(free.args[0], sensed)
+        self._free = self._free - {free}
+
+    def _still_denied(self, sensed: Sensed) -> Facts:
+        self._denied = {c: at for c, at in self._denied.items() if not any_moved(self._around(c.args[0], sensed), at)}
+        return frozenset(self._denied)
+
+    def _around(self, id_: str, sensed: Sensed) -> dict[str, BodyState]:
+        """What lies on a place or beside it."""
+        place = self.scene.place(id_)
+        lying = ((i, s) for i, s in sensed.states.items() if i != sensed.held)
+        return {i: s for i, s in lying if place.covers(s.xyz[0], s.xyz[1], _BESIDE_M)}
+
+    def _has_room(self, place: ScenePlace, extents: list[Extent]) -> bool:
+        """Whether a small thing could be put down somewhere on a region, in reach where the robot cannot drive.
+
+        It does not ask for what is held, or the fact would come and go with every grasp.
+        """
+        drives = self.judge.terrain.drives
+        frame = None if drives else BasePose.of_scene(self.scene)
+        return bool(free_spots(place, small_half_m(drives=drives), extents, self.scene.fixtures, frame))
 
     def _obstructs(self, facts: Iterable[Condition]) -> Facts:
         """Of each slot that holds nothing and is not free, one thing that reaches into it."""
@@ -161,35 +199,3 @@ class Conditions:
     def _takes_many(self, place: ScenePlace) -> bool:
         """Whether things lie anywhere on it: it contains no slots."""
         return not any(p.is_slot and place.id in self._containers[p.id] for p in self.scene.places)
-
-    # ------------------------------------------------------------------ Clear, Blocks
-
-    def _approaches(self, sensed: Sensed, at_rest: bool) -> Facts:
-        lying = {id_: s for id_, s in sensed.states.items() if id_ != sensed.held}
-        changed = sensed.held != self._judged_held or _moved(lying, self._judged)
-        if changed and (at_rest or self._restless >= _RESTLESS_TICKS or not self._verdicts):
-            self.approach.mirror(sensed.states, without=sensed.held)
-            self._verdicts = {id_: self.approach.grasp(id_) for id_ in sorted(lying)}
-            clear = frozenset(id_ for id_, v in self._verdicts.items() if v.grasp is not None)
-            self._blockers = {
-                id_: self.approach.blocker(id_, v.options, clear)
-                for id_, v in self._verdicts.items()
-                if v.grasp is None
-            }
-            self._judged, self._judged_held = lying, sensed.held
-            self._restless = 0
-        facts: set[Condition] = set()
-        for id_ in sensed.states:
-            verdict = self._verdicts.get(id_)
-            if id_ == sensed.held or verdict is None or verdict.grasp is not None:
-                facts.add(Condition("Clear", (id_,)))
-            elif (blocker := self._blockers.get(id_)) is not None:
-                facts.add(Condition("Blocks", (blocker, id_)))
-        return frozenset(facts)
-
-
-def _moved(now: dict[str, BodyState], before: dict[str, BodyState]) -> bool:
-    return now.keys() != before.keys() or any(s.moved_from(before[id_]) for id_, s in now.items())
-
-
-assert math.isclose(_TYPICAL_HALF_M, 0.0235)

@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["JOINT_LIMITS", "MAX_REACH_M", "TipPose", "solve", "solve_one", "tip_of"]
+__all__ = ["JOINT_LIMITS", "MAX_REACH_M", "TipPose", "solve", "solve_one", "solve_pitched", "tip_of"]
 
 Array = NDArray[np.float64]
 
@@ -65,6 +65,22 @@ def solve(x: Array, y: Array, z: Array, yaw: Array, theta: Array | None = None) 
     q[:, 3] = q[:, 1] - fore
     q[:, 5] = fore
     q[:, 6] = 0.75 * math.pi + turn - yaw
+    bad = ~np.all((q >= JOINT_LIMITS[:, 0]) & (q <= JOINT_LIMITS[:, 1]), axis=1)
+    q[bad] = np.nan
+    return q
+
+
+def solve_pitched(r: Array, z: Array, pitch: Array, theta: float) -> Array:
+    """Joint angles (N x 7) for a hand that is pitched out of the vertical in the plane of the arm (positive: away from
+    the base), the fingers opening across that plane; rows of NaN where out of reach or of the joint limits.
+
+    `r` and `z` are the tip's, `theta` is joint 1. With a pitch of 0 it is `solve` for a yaw of theta + pi/2.
+    """
+    wx = r - _TOOL_M * np.sin(pitch) - _WRIST_M * np.cos(pitch)
+    wz = z + _TOOL_M * np.cos(pitch) - _WRIST_M * np.sin(pitch)
+    q = solve(wx + _WRIST_M, np.zeros_like(r), wz - _TOOL_M, np.full_like(r, math.pi / 2))
+    q[:, 0] = theta
+    q[:, 5] += pitch
     bad = ~np.all((q >= JOINT_LIMITS[:, 0]) & (q <= JOINT_LIMITS[:, 1]), axis=1)
     q[bad] = np.nan
     return q

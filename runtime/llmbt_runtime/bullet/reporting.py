@@ -3,6 +3,7 @@
 1. In a contact phase the facts about the hand, the handled thing, and whether the places it leaves and reaches are
    free stay as they were when the phase began.
 2. What an action is there to bring about and did not hold at its start is withheld until the action has ended.
+3. A robot that goes from one docking pose of a place to another, to get at a thing, is at the place all the while.
 """
 
 from __future__ import annotations
@@ -16,19 +17,20 @@ __all__ = ["Reporter", "post_of"]
 
 _HAND = frozenset({"HandEmpty", "Holding", "Touching"})
 _APPROACH = frozenset({"Clear", "Blocks"})
-_CARRYING = frozenset({"move_aside", "clear_away", "clear_place", "recover"})
+_CARRYING = frozenset({"move_aside", "clear_away", "clear_place", "clear_way", "recover"})
 """Actions that pick and place in one: that the thing is held meanwhile is theirs alone."""
 
 
 def post_of(action: ActionCall) -> tuple[Condition, ...]:
-    """What an action of the cargo_sorting library brings about. ValueError where it is none, or its arity is wrong."""
+    """What an action of a shipped library brings about. ValueError where it is none, or its arity is wrong."""
     match action.name, action.args:
         case "pick", (o, p):
             return (Condition("Holding", (o,)), Condition("Free", (p,)))
         case (("place" | "put_down"), (o, p)):
             return (Condition("On", (o, p)), Condition("HandEmpty"))
         case "move_aside", (o, p, region):
-            return (Condition("Free", (p,)), Condition("On", (o, region)), Condition("HandEmpty"))
+            where = Condition("On", (o, region)), Condition("Near", (region,))
+            return (Condition("Free", (p,)), *where, Condition("HandEmpty"))
         case "clear_away", (b, o, p, region):
             return (
                 Condition("Clear", (o,)),
@@ -36,12 +38,18 @@ def post_of(action: ActionCall) -> tuple[Condition, ...]:
                 Condition("Free", (p,)),
                 Condition("HandEmpty"),
             )
+        case "clear_away", (_, o, _):
+            return (Condition("Clear", (o,)), Condition("HandEmpty"))
+        case "navigate", (p,):
+            return (Condition("Near", (p,)),)
+        case "clear_way", (_, p):
+            return (Condition("Clear", (p,)), Condition("Near", (p,)), Condition("HandEmpty"))
         case "clear_place", (o, _, slot, region):
             return (Condition("Free", (slot,)), Condition("On", (o, region)), Condition("HandEmpty"))
         case "release", (_,):
             return (Condition("HandEmpty"),)
         case "recover", (o, region):
-            return (Condition("On", (o, region)), Condition("HandEmpty"))
+            return (Condition("On", (o, region)), Condition("Near", (region,)), Condition("HandEmpty"))
         case _:
             raise ValueError(f"no such action: {action}")
 
@@ -56,6 +64,7 @@ class Reporter:
     _snapshot: Facts | None = None
     _handled: str = ""
     _places: frozenset[str] = frozenset()
+    _near: str | None = None
     last: Facts = field(default=frozenset())
 
     @property
@@ -79,7 +88,12 @@ class Reporter:
     def end(self) -> None:
         """The action has ended, or was halted."""
         self._withheld, self._at_start = frozenset(), frozenset()
+        self._near = None
         self.leave_contact()
+
+    def hold_near(self, place: str) -> None:
+        """Until the action ends, the robot is told to be at a place."""
+        self._near = place
 
     def enter_contact(self, handled: str, places: Iterable[str]) -> None:
         """A contact phase begins: a thing is about to be grasped or let go, from or onto places."""
@@ -97,6 +111,8 @@ class Reporter:
         told = facts
         if self._snapshot is not None:
             told = self._frozen(told, self._snapshot)
+        if self._near is not None:
+            told = frozenset(c for c in told if c.name != "Near") | {Condition("Near", (self._near,))}
         if self._withheld:
             told = self._held_back(told)
         self.last = told

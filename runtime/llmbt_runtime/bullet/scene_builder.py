@@ -6,13 +6,14 @@ import math
 
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 from llmbt_ir.geometry import Vec3
-from llmbt_ir.scene import COLOURS, Body, Scene
+from llmbt_ir.scene import COLOURS, Body, RobotModel, Scene
 from llmbt_runtime.bullet.client import BulletClient
 
 __all__ = ["GROUND", "add_bodies", "add_fixtures", "mark_slots", "parking_spot"]
 
 GROUND = "ground"
-_GROUND_SIZE = (2.6, 2.6, 0.1)
+_GROUND_M, _AROUND_M = 2.6, 0.3
+"""The floor that is seen: so large at least, and so far beyond what stands on it."""
 
 
 def parking_spot(index: int, height_m: float) -> Vec3:
@@ -51,7 +52,7 @@ def visual_of(client: BulletClient, shape: str, size: Vec3, colour: str) -> int:
 
 def add_fixtures(client: BulletClient, scene: Scene, *, visible: bool = False) -> dict[str, int]:
     """The ground and the fixtures: ids of the scene to ids of pybullet."""
-    found = {GROUND: _ground(client, visible)}
+    found = {GROUND: _ground(client, scene, visible)}
     for f in scene.fixtures:
         half = (f.size_m[0] / 2, f.size_m[1] / 2, f.size_m[2] / 2)
         body = int(
@@ -67,12 +68,14 @@ def add_fixtures(client: BulletClient, scene: Scene, *, visible: bool = False) -
     return found
 
 
-def _ground(client: BulletClient, visible: bool) -> int:
+def _ground(client: BulletClient, scene: Scene, visible: bool) -> int:
     """An endless plane at z = 0; a slab where it is to be seen."""
     if not visible:
         return int(client.createMultiBody(0, client.createCollisionShape(client.GEOM_PLANE)))
-    slab = visual_of(client, "box", _GROUND_SIZE, "white")
-    return int(client.createMultiBody(0, -1, slab, (0, 0, -_GROUND_SIZE[2] / 2)))
+    reach = [abs(f.xyz_m[i]) + f.size_m[i] / 2 + _AROUND_M for f in scene.fixtures for i in (0, 1)]
+    side = max(_GROUND_M, 2 * max(reach, default=0.0)) if scene.robot is RobotModel.MOBILE_PANDA else _GROUND_M
+    slab = visual_of(client, "box", (side, side, 0.1), "white")
+    return int(client.createMultiBody(0, -1, slab, (0, 0, -0.05)))
 
 
 def add_bodies(client: BulletClient, scene: Scene, *, visible: bool = False) -> dict[str, int]:

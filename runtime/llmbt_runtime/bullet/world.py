@@ -11,13 +11,24 @@ from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.geometry import Vec3
 from llmbt_ir.scene import Scene
 from llmbt_runtime.bullet.approach import Approach
+from llmbt_runtime.bullet.arm import Arm, Skill, SkillError
+from llmbt_runtime.bullet.base_conditions import BaseConditions
 from llmbt_runtime.bullet.bench import Bench
 from llmbt_runtime.bullet.camera import Snapshot
 from llmbt_runtime.bullet.client import PhysicsError
 from llmbt_runtime.bullet.conditions import Conditions, Reading
-from llmbt_runtime.bullet.disturbances import DisturbanceSpec, Disturber, Moment
+from llmbt_runtime.bullet.disturbances import Disturber, Moment
+from llmbt_runtime.bullet.driving import Driver
+from llmbt_runtime.bullet.handling import Hand
+from llmbt_runtime.bullet.interventions import Interventions
+from llmbt_runtime.bullet.judging import Judge
 from llmbt_runtime.bullet.reporting import Reporter, post_of
-from llmbt_runtime.bullet.skills import Skill, SkillError, Skills
+from llmbt_runtime.bullet.restore import Memory
+from llmbt_runtime.bullet.sensors import BulletSensors
+from llmbt_runtime.bullet.skills import Skills
+from llmbt_runtime.bullet.stage import Stage
+from llmbt_runtime.bullet.terrain import Terrain
+from llmbt_runtime.disturbance import DisturbanceSpec
 from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status, WorldLostError
 
 __all__ = ["BulletWorld"]
@@ -33,7 +44,7 @@ def _or_lost() -> Iterator[None]:
 
 
 class BulletWorld:
-    """A scene in pybullet with a Panda. The same scene, seed and calls give the same run, bit for bit."""
+    """A scene in pybullet with its robot. The same scene, seed and calls give the same run, bit for bit."""
 
     def __init__(
         self,
@@ -42,20 +53,61 @@ class BulletWorld:
         disturbances: tuple[DisturbanceSpec, ...] = (),
         goals: tuple[Condition, ...] = (),
     ) -> None:
-        self.scene, self.goals = scene, goals
+        self._stage = Stage(scene)
         self._bench = Bench(scene)
-        self._approach = Approach(scene)
-        self._conditions = Conditions(scene, self._approach, self._bench.kinds)
+        self._approach = Approach(self._stage)
+        terrain = self.terrain = Terrain(self._stage, self._approach, self._bench.kinds)
+        judge = self._judge = Judge(self._approach, terrain)
+        base = BaseConditions(terrain)
+        self._conditions = Conditions(self._stage, self._bench.kinds, judge, base)
         self._reporter = Reporter(scene.with_containers)
-        self._skills = Skills(scene, self._bench, self._approach, self._reporter, lambda: self._reading.settled)
-        self._reading: Reading = self._conditions.read(self._bench.sensed)
-        self._reporter.report(self._reading.settled)
+        self._arm = Arm(self._stage, self._bench, self._approach)
+        hand = Hand(self._arm, self._approach, self._reporter, lambda: self._reading.settled)
+        driver = Driver(self._arm, terrain, judge, base, self._reporter)
+        self._skills = Skills(hand, driver)
+        self._start: Reading = self._conditions.read(self._bench.sensed)
+        self._reporter.report(self._start.settled)
+        self._bench.remember()
+        self._bench.restore()
+        self._memory = Memory(
+            self._stage, terrain, judge, base, self._conditions, self._reporter, self._arm, hand, driver
+        )
+        self._begin(seed, disturbances, goals)
+
+    def _begin(self, seed: int, disturbances: tuple[DisturbanceSpec, ...], goals: tuple[Condition, ...]) -> None:
+        self.goals = goals
+        self._reading = self._start
         self._skill: Skill | None = None
         self._action: ActionCall | None = None
         self._outcome: ActionReport | None = None
         self._halting = False
-        self._disturber = Disturber(scene, self._bench, self._approach, goals, np.random.default_rng(seed))
+        rng = np.random.default_rng(seed)
+        here = Interventions(self._stage, self._bench, self._approach, self._judge, self.terrain, goals, rng)
+        self._disturber = Disturber(here, rng)
         self._disturber.plan(disturbances)
+
+    def reset(
+        self,
+        seed: int = 0,
+        disturbances: tuple[DisturbanceSpec, ...] = (),
+        goals: tuple[Condition, ...] = (),
+    ) -> None:
+        """Go back to the start, for another trial: what follows is, bit for bit, what a new world would do."""
+        if self._skill is not None:
+            self._skill.close()
+        shifted = self._stage.shifts
+        with _or_lost():
+            self._memory.recall()
+            self._bench.restore()
+            if shifted:
+                self._bench.move_fixtures(self._stage.scene)
+                self._approach.move_fixtures()
+            self._begin(seed, disturbances, goals)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as it is now: places may have been shifted."""
+        return self._stage.scene
 
     @property
     def time_s(self) -> float:
@@ -107,6 +159,7 @@ class BulletWorld:
         self._skill = None
         with _or_lost():
             self._bench.panda.brake()
+            self._bench.base.brake()
         self._end()
 
     def _end(self) -> None:
@@ -124,6 +177,8 @@ class BulletWorld:
             self._outcome = ActionReport(Status.SUCCESS)
         except SkillError as fault:
             self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
+            if fault.denies is not None:
+                self._conditions.deny(fault.denies, self._bench.sensed)
         if self._outcome is not None:
             self._skill = None
 
@@ -133,19 +188,20 @@ class BulletWorld:
             self._reading = self._conditions.read(self._bench.tick())
             self._resume()
             report = self._report()
-            self._disturber.step(self._moment())
+            self._disturber.step(self._moment(report))
             return report
 
-    def _moment(self) -> Moment:
-        skills, panda = self._skills, self._bench.panda
+    def _moment(self, report: ActionReport) -> Moment:
         held = self._bench.sensed.held
+        ended = self._action if report.status is Status.SUCCESS else None
         return Moment(
             facts=self._reading.strict,
             action=self._action if self._skill is not None else None,
             in_contact=self._reporter.in_contact,
             at_rest=self._reading.at_rest,
             held=held,
-            transfer=panda.progress if held is not None and skills.transferring == held else None,
+            transfer=self._arm.share() if held is not None and self._arm.transferring == held else None,
+            ended=ended.name if ended is not None else None,
         )
 
     def _report(self) -> ActionReport:
@@ -187,6 +243,10 @@ class BulletWorld:
         """What a renderer needs."""
         poses = {id_: s.pose for id_, s in self._bench.sensed.states.items()}
         return Snapshot(self._bench.panda.all_joints(), poses)
+
+    def sensors(self, noise_m: float, rng: np.random.Generator) -> BulletSensors:
+        """What the robot senses with; to be closed by whoever asks."""
+        return BulletSensors(self.scene, self._bench, noise_m, rng)
 
     def disturbances(self) -> tuple[Disturbed, ...]:
         """What has disturbed the world so far."""

@@ -1,6 +1,20 @@
 """The complete search: plans and proofs over the ground templates of one scene."""
 
-from llmbt_runtime.search.core import OutOfBudget, Plan, Result, Unsolvable, search
-from llmbt_runtime.search.heuristic import HTable, h_add
+from llmbt_runtime.search.core import search
+from llmbt_runtime.search.heuristic import HTable, Ranked, h_add
+from llmbt_runtime.search.planner import PLANNERS, Planner, planner_named
+from llmbt_runtime.search.result import OutOfBudget, Plan, Result, Unsolvable
 
-__all__ = ["HTable", "OutOfBudget", "Plan", "Result", "Unsolvable", "h_add", "search"]
+__all__ = [
+    "PLANNERS",
+    "HTable",
+    "OutOfBudget",
+    "Plan",
+    "Planner",
+    "Ranked",
+    "Result",
+    "Unsolvable",
+    "h_add",
+    "planner_named",
+    "search",
+]

@@ -20,20 +20,27 @@ from llmbt_atl.state import Domain
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError
 from llmbt_runtime.search.best_first import Budget
-from llmbt_runtime.search.core import DEFAULT_BUDGET, OutOfBudget, Plan, Result, Unsolvable, quick_proof, smallest
+from llmbt_runtime.search.core import DEFAULT_BUDGET
+from llmbt_runtime.search.grounding import task_of
 from llmbt_runtime.search.mutex import Mutexes, mutexes_of
 from llmbt_runtime.search.problem import Problem, Unreachable, bits, problem_of
+from llmbt_runtime.search.proof import quick_proof, smallest, unreachable_goal
+from llmbt_runtime.search.result import OutOfBudget, Plan, Result
 from llmbt_runtime.search.shorten import shortened
-from llmbt_runtime.search.task import task_of
 
-__all__ = ["available", "search_fast_downward"]
+__all__ = ["available", "driver", "search_fast_downward"]
 
 _EXPANDED = re.compile(r"Expanded (\d+) state")
 _SOLVED, _UNSOLVABLE = 0, (11, 12)
 _OUT_OF_RESOURCES = (20, 21, 22, 23, 24)
 
 
-def _driver() -> Path | None:
+def available() -> bool:
+    """Whether Fast Downward is installed."""
+    return _script() is not None
+
+
+def _script() -> Path | None:
     spec = importlib.util.find_spec("up_fast_downward")
     if spec is None or not spec.submodule_search_locations:
         return None
@@ -41,9 +48,15 @@ def _driver() -> Path | None:
     return script if script.is_file() else None
 
 
-def available() -> bool:
-    """Whether Fast Downward is installed."""
-    return _driver() is not None
+def driver() -> Path:
+    """Fast Downward's own command. E075 where it is not installed."""
+    script = _script()
+    if script is None:
+        raise LlmbtError(
+            Diagnostic("E075", "Fast Downward is not installed", help="pip install llm-bt[planners]"),
+            exit_code=ExitCode.USAGE,
+        )
+    return script
 
 
 def search_fast_downward(
@@ -60,16 +73,11 @@ def search_fast_downward(
 
     `budget` is for the proof that a set of goals is a smallest unsolvable one. E075 where it is not installed.
     """
-    script = _driver()
-    if script is None:
-        raise LlmbtError(
-            Diagnostic("E075", "Fast Downward is not installed", help="pip install llm-bt[planners]"),
-            exit_code=ExitCode.USAGE,
-        )
+    script = driver()
     task = task_of(domain, facts)
     problem = problem_of(task, facts, goals, excluded)
     if isinstance(problem, Unreachable):
-        return Unsolvable((problem.goal,), f"no action leads to {problem.goal} from here")
+        return unreachable_goal(task, facts, problem.goal, excluded)
     mutexes = mutexes_of(task, facts)
     purse = Budget(budget)
     proof = quick_proof(problem, mutexes, purse, facts, excluded)
@@ -91,8 +99,7 @@ def search_fast_downward(
             found = tuple(int(line.strip("()").split()[0][1:]) for line in lines if line.startswith("("))
             return Plan(tuple(task.ground(problem.ops[a]) for a in shortened(problem, found)), expansions)
     if done.returncode in _UNSOLVABLE:
-        all_of_them = Unsolvable(tuple(g for g, _ in problem.goals), "Fast Downward has looked at all states")
-        return smallest(problem, all_of_them, purse, facts, excluded)
+        return smallest(problem, goals, purse, facts, excluded)
     if done.returncode in _OUT_OF_RESOURCES:
         return OutOfBudget(expansions)
     raise LlmbtError(

@@ -7,14 +7,32 @@ a literal that cannot be reached with all deletes ignored cannot be reached at a
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
+from typing import NamedTuple
 
-from llmbt_atl.state import Domain
+from llmbt_atl.state import Domain, GroundAction
 from llmbt_ir.condition import ActionCall, Condition, Facts
-from llmbt_runtime.search.task import Task, task_of
+from llmbt_runtime.search.grounding import task_of
+from llmbt_runtime.search.task import Task
 
-__all__ = ["HTable", "h_add", "relaxed_costs"]
+__all__ = ["HTable", "Ranked", "h_add", "relaxed_costs"]
+
+
+class Ranked(NamedTuple):
+    """An achiever, in the order of preference: the cost of its preconditions, how many facts it ends, its rank."""
+
+    cost: float
+    ends: int
+    rank: int
+    template: str
+    args: tuple[str, ...]
+    op: int
+
+    @property
+    def call(self) -> ActionCall:
+        """Its name and arguments."""
+        return ActionCall(self.template, self.args)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,6 +43,7 @@ class HTable:
     facts: Facts
     _costs: list[float]
     _excluded: frozenset[int]
+    _best: dict[int, int] = field(default_factory=dict, repr=False)
 
     def __getitem__(self, literal: Condition) -> float:
         if literal.negated:
@@ -52,11 +71,8 @@ class HTable:
             default=inf,
         )
 
-    def achievers(self, literal: Condition) -> list[tuple[float, int, int, ActionCall]]:
-        """What can bring a literal about, best first: cost of its preconditions, facts it deletes, rank, call.
-
-        Only what can be reached and is not excluded; nothing is grounded for it (`Domain.action` does that).
-        """
+    def achievers(self, literal: Condition) -> list[Ranked]:
+        """What can bring a literal about, best first. Only what can be reached and is not excluded."""
         i = self.task.number.get(literal.fact)
         if i is None:
             return []
@@ -67,17 +83,54 @@ class HTable:
             op = ops[a]
             cost = sum([costs[q] for q in op.pre])
             if cost != inf and p not in op.pre and a not in self._excluded:
-                found.append((cost, len(op.deletes), op.rank, op.call))
-        return sorted(found)
+                found.append(Ranked(cost, len(op.deletes), op.rank, op.template, op.args, a))
+        found.sort()
+        return found
+
+    def relaxed_plan(self, literal: Condition) -> frozenset[int]:
+        """The actions, by number, that bring a literal about with all deletes ignored: of each literal the achiever of
+        the cheapest preconditions, the first of several."""
+        i = self.task.number.get(literal.fact)
+        found: set[int] = set()
+        open_ = [] if i is None else [2 * i + literal.negated]
+        while open_:
+            p = open_.pop()
+            if p not in self._best:
+                self._best[p] = self._best_achiever(p)
+            best = self._best[p]
+            if best >= 0 and best not in found:
+                found.add(best)
+                open_ += self.task.ops[best].pre
+        return frozenset(found)
+
+    def _best_achiever(self, p: int) -> int:
+        """-1 where the literal holds or cannot be reached."""
+        ops, costs = self.task.ops, self._costs
+        adders = (self.task.deleters if p & 1 else self.task.adders).get(p >> 1, ())
+        cost, best = min(
+            ((sum([costs[q] for q in ops[a].pre]), a) for a in adders if a not in self._excluded), default=(inf, -1)
+        )
+        return best if cost != inf and self[self._literal(p)] else -1
+
+    def _literal(self, p: int) -> Condition:
+        fact = self.task.facts[p >> 1]
+        return ~fact if p & 1 else fact
+
+    def action(self, ranked: Ranked) -> GroundAction:
+        """The ground action of an achiever."""
+        return self.task.ground(ranked.op)
 
     def total(self, literals: Iterable[Condition]) -> float:
         """The sum over several literals: h_add of a goal or of a precondition."""
         return sum((self[c] for c in literals), start=0.0)
 
 
-def h_add(domain: Domain, facts: Facts, *, excluded: frozenset[ActionCall] = frozenset()) -> HTable:
-    """The additive heuristic of every literal from a state, without the `excluded` actions."""
-    task = task_of(domain, facts)
+def h_add(
+    domain: Domain, facts: Facts, *, excluded: frozenset[ActionCall] = frozenset(), task: Task | None = None
+) -> HTable:
+    """The additive heuristic of every literal from a state, without the `excluded` actions; over a part of the
+    domain's actions where their `task` is given."""
+    task = task or task_of(domain, facts)
     banned = task.excluded_ops(excluded) if excluded else frozenset()
     return HTable(task, facts, relaxed_costs(task, initial_literals(task, facts), banned), banned)
 

@@ -12,11 +12,13 @@ from llmbt_runtime.search.problem import Problem
 __all__ = ["shortened"]
 
 _Plan = tuple[int, ...]
-EFFORT = 4000
+EFFORT = 50
+"""States that are looked at, for each action of the plan."""
 
 
 def shortened(problem: Problem, plan: _Plan, *, effort: int = EFFORT) -> _Plan:
-    """A plan as good or better; `effort` bounds the states that are looked at."""
+    """A plan as good or better; `effort` bounds the states that are looked at, for each action of the plan."""
+    effort *= len(plan)
     plan = _without_detours(problem, plan)
     plan = _without_needless(problem, plan)
     plan = _with_shortcuts(problem, plan, effort, 16, own=True)

@@ -11,30 +11,29 @@ from llmbt_atl.state import GroundAction
 from llmbt_ir.condition import Condition
 from llmbt_ir.tree import Kind, Node, Tree, node_id
 
-__all__ = ["achievers_in", "expand", "protected", "remove_achiever"]
+__all__ = ["achievers_in", "ancestor_conditions", "branch", "expand", "protected", "remove_achiever"]
 
 
-def _branch(condition_id: str, action: GroundAction) -> tuple[Node, tuple[Node, ...]]:
-    """Sequence(Pre(a), a) as its top node and its children."""
+def branch(condition_id: str, action: GroundAction, pre: tuple[Condition, ...]) -> tuple[Node, ...]:
+    """Fallback(c, Sequence(pre, a)) for a condition that stands in a tree: the new nodes, the Fallback first, the
+    Sequence next. The same condition and action give the same ids."""
     text = str(action)
-    leaves = tuple(
-        Node(node_id(condition_id, text, str(c)), Kind.CONDITION, condition=c) for c in dict.fromkeys(action.pre)
-    )
+    leaves = tuple(Node(node_id(condition_id, text, str(c)), Kind.CONDITION, condition=c) for c in dict.fromkeys(pre))
     act = Node(node_id(condition_id, text, "!"), Kind.ACTION, action=action.call)
     children = (*leaves, act)
-    return Node(node_id(condition_id, text), Kind.SEQUENCE, tuple(n.id for n in children)), children
+    sequence = Node(node_id(condition_id, text), Kind.SEQUENCE, tuple(n.id for n in children))
+    return Node(node_id(condition_id, "?"), Kind.FALLBACK, (condition_id, sequence.id)), sequence, *children
 
 
 def expand(tree: Tree, condition_id: str, action: GroundAction) -> Tree:
     """c becomes Fallback(c, Sequence(Pre(a), a)) (paper, Expand); a c that is expanded gets the Sequence as a further
     achiever, after those it has."""
-    branch, children = _branch(condition_id, action)
+    fallback, sequence, *children = branch(condition_id, action, action.pre)
     parent = tree.parents.get(condition_id)
     if parent is not None and tree[parent].kind is Kind.FALLBACK and tree[parent].children[0] == condition_id:
         above = tree[parent]
-        return tree.with_nodes(replace(above, children=(*above.children, branch.id)), branch, *children)
-    fallback = Node(node_id(condition_id, "?"), Kind.FALLBACK, (condition_id, branch.id))
-    return tree.substitute(condition_id, fallback, branch, *children)
+        return tree.with_nodes(replace(above, children=(*above.children, sequence.id)), sequence, *children)
+    return tree.substitute(condition_id, fallback, sequence, *children)
 
 
 def achievers_in(tree: Tree, condition_id: str) -> tuple[tuple[str, Node], ...]:

@@ -3,43 +3,25 @@ Expand and Insert and PA-BT, Colledanchise, Almeida and Ogren 2019)."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 
 from llmbt_atl.state import Domain, GroundAction
-from llmbt_ir.condition import ActionCall, Condition
+from llmbt_ir.condition import Condition, holds
 from llmbt_ir.tree import Kind, Tree
 from llmbt_runtime.search.heuristic import HTable
 from llmbt_runtime.update.edit import achievers_in, ancestor_conditions, expand, protected, remove_achiever
 from llmbt_runtime.update.rollout import Stuck
+from llmbt_runtime.update.step import Step
 
-__all__ = ["Repair", "Step", "drop_excluded", "repair"]
+__all__ = ["Move", "Repair", "drop_excluded", "helpful_goal", "repair"]
 
-Costs = HTable
 MAX_CANDIDATES = 100
 """Of the achievers of a condition, the best so many are looked at."""
+ALTERNATIVES = 8
+"""So many of the achievers that were not taken are recorded."""
 Move = tuple[str, str]
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """One edit and why: what a version's record lists."""
-
-    kind: str
-    node: str
-    condition: str
-    action: str = ""
-    alternatives: tuple[str, ...] = ()
-    before: str = ""
-    reason: str = ""
-
-    def told(self) -> str:
-        """The edit in one line."""
-        if self.kind == "move":
-            return f"moved up: {self.reason}"
-        if self.kind in ("expand", "re-expand"):
-            return f"{self.condition} <- {self.action}"
-        return f"{self.kind}: {self.reason}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,41 +37,43 @@ def repair(
     tree: Tree,
     stuck: Stuck,
     domain: Domain,
-    h: Costs,
+    h: HTable,
     *,
-    excluded: frozenset[ActionCall] = frozenset(),
     moved: frozenset[Move] = frozenset(),
-    prefer: frozenset[ActionCall] = frozenset(),
     within: str | None = None,
+    re_expand: bool = True,
 ) -> Repair | None:
     """The edit for a tree that failed, or None where the local rule knows none.
 
-    `h` gives the cost of each literal from the state in which the tree failed, inf where it cannot be reached.
-    `within` confines the edit to a branch: that of the alternative that is to be reached.
+    `h` gives the cost of each literal from the state in which the tree failed, and the actions that may be used.
+    `within` confines the edit to a branch: that of the alternative that is to be reached. Without `re_expand` a
+    condition gets one achiever and no further one: for comparison only.
     """
     inside = {n.id for n in tree.preorder(within)}
     leaves = tuple(i for i in stuck.record.failed_leaves() if i in inside and tree[i].condition is not None)
     failed = next((i for i in leaves if _unexpanded(tree, i)), None)
     if failed is None:
-        return _further(tree, domain, h, leaves, excluded, prefer)
-    cheaper = _cheaper_ancestor(tree, failed, domain, h, excluded, prefer)
+        return _further(tree, domain, h, leaves) if re_expand else None
+    cheaper = _cheaper_ancestor(tree, failed, domain, h) if re_expand else None
     if cheaper is not None:
         return Repair(*cheaper, moved)
     condition = tree[failed].condition
     assert condition is not None
-    found = _candidates(tree, failed, domain, h, excluded, prefer)
+    candidates = _candidates(tree, failed, h)
     guarded = protected(tree, failed)
-    for action in found:
+    found: list[GroundAction] = []
+    for action in candidates:
         if not _threatened(action, guarded, domain):
             step = Step(
                 "expand",
                 failed,
                 str(condition),
                 str(action),
-                tuple(str(a) for a in found if a is not action)[:8],
+                _told((*found, *islice(candidates, ALTERNATIVES))),
                 reason=f"{condition} does not hold; {action} brings it about",
             )
             return Repair(expand(tree, failed, action), step, moved)
+        found.append(action)
     if found:
         for i, j, f in _threatened(found[0], guarded, domain):
             head = tree.head(j)
@@ -100,13 +84,43 @@ def repair(
                 j,
                 str(head),
                 str(found[0]),
-                tuple(str(a) for a in found[1:])[:8],
+                _told(found[1:]),
                 before=i,
                 reason=f"{found[0]} would undo {f}, so {head} comes before it",
             )
             return Repair(tree.move_before(j, i), step, moved | {(j, i)})
-    further = _further(tree, domain, h, ancestor_conditions(tree, failed), excluded, prefer)
+    further = _further(tree, domain, h, ancestor_conditions(tree, failed)) if re_expand else None
     return further and Repair(further.tree, further.step, moved)
+
+
+def helpful_goal(tree: Tree, stuck: Stuck, h: HTable, top: str, moved: frozenset[Move]) -> Repair | None:
+    """A goal that comes before the one that failed: it is nearer, and the way to it has a part in common with the
+    other's way, or with that of a goal of which this is true in turn (what stands in the way has a goal of its own, and
+    something else stands there). None where there is no such one: then the goals stay as they were stated.
+
+    `top` is the Sequence of the goals; only goals that are not expanded change places.
+    """
+    goals = tree[top].children
+    failed = next((i for i in stuck.record.failed_leaves() if tree[i].condition is not None), None)
+    if failed not in goals:
+        return None
+    waiting = {g: c for g in goals if (c := tree[g].condition) is not None and not holds(c, stuck.facts)}
+    if all(h[c] >= h[waiting[failed]] for c in waiting.values()):
+        return None
+    ways = {g: h.relaxed_plan(c) for g, c in waiting.items()}
+    joined, open_ = {failed}, [failed]
+    while open_:
+        way = ways[open_.pop()]
+        more = [g for g in waiting if g not in joined and not way.isdisjoint(ways[g])]
+        joined.update(more)
+        open_ += more
+    best = min((g for g in goals if g in joined), key=lambda g: h[waiting[g]])
+    goal, other = waiting[best], waiting[failed]
+    if h[goal] >= h[other] or (best, failed) in moved:
+        return None
+    reason = f"{goal} is nearer from here ({h[goal]:.0f} to {h[other]:.0f}), and on the way to {other}"
+    step = Step("move", best, str(goal), before=failed, reason=reason)
+    return Repair(tree.move_before(best, failed), step, moved | {(best, failed)})
 
 
 def drop_excluded(tree: Tree, stuck: Stuck) -> tuple[Tree, Step] | None:
@@ -140,31 +154,21 @@ def _unexpanded(tree: Tree, id_: str) -> bool:
     return parent is None or tree[parent].kind is Kind.SEQUENCE
 
 
-def _cost(h: Costs, action: GroundAction) -> float:
-    return sum(h[c] for c in action.pre)
+def _told(actions: Iterable[GroundAction]) -> tuple[str, ...]:
+    return tuple(str(a) for a in islice(actions, ALTERNATIVES))
 
 
-def _candidates(
-    tree: Tree,
-    condition_id: str,
-    domain: Domain,
-    h: Costs,
-    excluded: frozenset[ActionCall],
-    prefer: frozenset[ActionCall],
-) -> tuple[GroundAction, ...]:
+def _candidates(tree: Tree, condition_id: str, h: HTable) -> Iterator[GroundAction]:
     """The achievers that can be reached, do not go in a circle and are not in the tree yet, best first.
 
-    Best is: in the plan where there is one, cheapest preconditions, fewest facts ended, the library's order.
+    Best is: cheapest preconditions, fewest facts ended, the library's order.
     """
     condition = tree[condition_id].condition
     assert condition is not None
     above = {tree[a].condition for a in ancestor_conditions(tree, condition_id)} | {condition}
-    present = {node.action for _, node in achievers_in(tree, condition_id)} | excluded
-    ranked = [entry for entry in h.achievers(condition) if entry[-1] not in present]
-    ranked.sort(key=lambda entry: entry[-1] not in prefer)  # stable: within, best first
-    actions = (domain.action(call) for *_, call in ranked)
-    found = (a for a in actions if a is not None and above.isdisjoint(a.pre))
-    return tuple(islice(found, MAX_CANDIDATES))
+    present = {node.action for _, node in achievers_in(tree, condition_id)}
+    ranked = (r for r in h.achievers(condition) if not present or r.call not in present)
+    return islice((a for a in map(h.action, ranked) if above.isdisjoint(a.pre)), MAX_CANDIDATES)
 
 
 def _threatened(
@@ -174,14 +178,7 @@ def _threatened(
     return tuple((i, j, f) for i, j, f in guarded if action.falsifies(f) or any(domain.mutex(c, f) for c in action.pre))
 
 
-def _cheaper_ancestor(
-    tree: Tree,
-    failed: str,
-    domain: Domain,
-    h: Costs,
-    excluded: frozenset[ActionCall],
-    prefer: frozenset[ActionCall],
-) -> tuple[Tree, Step] | None:
+def _cheaper_ancestor(tree: Tree, failed: str, domain: Domain, h: HTable) -> tuple[Tree, Step] | None:
     """Re-expansion: the nearest ancestor condition that another achiever, from the present state, brings about more
     cheaply than the one in the tree whose precondition failed (an object that is somewhere else now)."""
     below = {failed, *tree.ancestors(failed)}
@@ -196,39 +193,33 @@ def _cheaper_ancestor(
         )
         if current is None:
             continue
-        found = _candidates(tree, head, domain, h, excluded, prefer)
+        candidates = _candidates(tree, head, h)
+        best = next(candidates, None)
         if (
-            found
-            and _cost(h, found[0]) < _cost(h, current)
-            and not _threatened(found[0], protected(tree, head), domain)
+            best is not None
+            and h.total(best.pre) < h.total(current.pre)
+            and not _threatened(best, protected(tree, head), domain)
         ):
-            return expand(tree, head, found[0]), _re_expansion(tree, head, found)
+            return expand(tree, head, best), _re_expansion(tree, head, best, candidates)
     return None
 
 
-def _further(
-    tree: Tree,
-    domain: Domain,
-    h: Costs,
-    heads: tuple[str, ...],
-    excluded: frozenset[ActionCall],
-    prefer: frozenset[ActionCall],
-) -> Repair | None:
+def _further(tree: Tree, domain: Domain, h: HTable, heads: tuple[str, ...]) -> Repair | None:
     for head in heads:
-        found = _candidates(tree, head, domain, h, excluded, prefer)
-        safe = [a for a in found if not _threatened(a, protected(tree, head), domain)]
-        if safe:
-            return Repair(expand(tree, head, safe[0]), _re_expansion(tree, head, tuple(safe)), frozenset())
+        guarded = protected(tree, head)
+        safe = (a for a in _candidates(tree, head, h) if not _threatened(a, guarded, domain))
+        best = next(safe, None)
+        if best is not None:
+            return Repair(expand(tree, head, best), _re_expansion(tree, head, best, safe), frozenset())
     return None
 
 
-def _re_expansion(tree: Tree, head: str, found: tuple[GroundAction, ...]) -> Step:
-    condition = tree[head].condition
+def _re_expansion(tree: Tree, head: str, best: GroundAction, others: Iterable[GroundAction]) -> Step:
     return Step(
         "re-expand",
         head,
-        str(condition),
-        str(found[0]),
-        tuple(str(a) for a in found[1:])[:8],
-        reason=f"what the tree has for {condition} does not serve from here; {found[0]} does",
+        str(tree[head].condition),
+        str(best),
+        _told(others),
+        reason=f"what the tree has for {tree[head].condition} does not serve from here; {best} does",
     )

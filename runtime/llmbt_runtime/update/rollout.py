@@ -96,8 +96,8 @@ def rollout(
             return Stuck(StuckKind.INAPPLICABLE, state, record, tuple(actions))
         if call in excluded:
             return Stuck(StuckKind.EXCLUDED, state, record, tuple(actions))
-        during = tick(tree, state, ending=ending(action, state))
-        if during.action != record.action:
+        unsure = ending(action, state)
+        if unsure and tick(tree, state, ending=unsure).action != record.action:
             return Stuck(StuckKind.UNSTABLE, state, record, tuple(actions))
         state = apply(action, state)
         actions.append(action)

@@ -1,0 +1,6 @@
+"""Words of space grounded in coordinates: relations, ranks and orders become ids before the walk sees them."""
+
+from llmbt_compiler.parsing.space.orders import arrangement
+from llmbt_compiler.parsing.space.settling import certainty, related
+
+__all__ = ["arrangement", "certainty", "related"]

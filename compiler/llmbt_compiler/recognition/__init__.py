@@ -1,0 +1,1 @@
+"""From a point cloud to a semantic map: pure stages, one a module, put together in `recognise`."""

@@ -1,0 +1,66 @@
+"""What changed: facts as an engine is told of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from llmbt_ir.condition import Condition, Facts
+
+__all__ = ["NO_CHANGE", "Change", "FactBase", "change_between"]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Facts that began and facts that ended since the last time. Telling what is known already does no harm."""
+
+    added: Facts = frozenset()
+    removed: Facts = frozenset()
+
+    def __bool__(self) -> bool:
+        return bool(self.added or self.removed)
+
+
+NO_CHANGE = Change()
+
+
+def change_between(before: Facts, after: Facts) -> Change:
+    """What leads from one state to another. The same object costs nothing; otherwise the cost is that of the states."""
+    return NO_CHANGE if before is after or before == after else Change(after - before, before - after)
+
+
+class FactBase:
+    """Facts that are written to, with a note of what changed since it was last asked for: `take` costs what changed."""
+
+    def __init__(self, facts: Iterable[Condition] = ()) -> None:
+        self._facts: set[Condition] = set(facts)
+        self._added: set[Condition] = set(self._facts)
+        self._removed: set[Condition] = set()
+
+    def add(self, fact: Condition) -> None:
+        """A fact holds from now on."""
+        if fact not in self._facts:
+            self._facts.add(fact)
+            self._added.add(fact)
+            self._removed.discard(fact)
+
+    def remove(self, fact: Condition) -> None:
+        """A fact holds no longer."""
+        if fact in self._facts:
+            self._facts.remove(fact)
+            self._removed.add(fact)
+            self._added.discard(fact)
+
+    def take(self) -> Change:
+        """What changed since the last call; at first all that holds."""
+        if not self._added and not self._removed:
+            return NO_CHANGE
+        change = Change(frozenset(self._added), frozenset(self._removed))
+        self._added.clear()
+        self._removed.clear()
+        return change
+
+    @property
+    def facts(self) -> Facts:
+        """All that holds now, at the cost of a copy."""
+        return frozenset(self._facts)

@@ -1,0 +1,73 @@
+"""Images with depth, and what follows from them by geometry alone: points, and whether a spot was in view. Pure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from llmbt_ir.capture import PointCloud
+from llmbt_ir.scene import Camera
+
+__all__ = ["RgbdImage", "cloud_of", "noisy", "project"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RgbdImage:
+    """`rgb`: height x width x 3, sRGB, 8 bit. `depth_m`: height x width, along the optical axis; infinite where nothing
+    is in range."""
+
+    camera: Camera
+    rgb: NDArray[np.uint8]
+    depth_m: Array
+
+
+def _axes(camera: Camera) -> Array:
+    """Right, up and forward of a camera in the world, as rows."""
+    forward = np.subtract(camera.target_m, camera.eye_m)
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(right, forward), forward])
+
+
+def _tangents(camera: Camera, width: int, height: int) -> tuple[float, float]:
+    """Half the image's extent at unit depth, across and up."""
+    up = math.tan(math.radians(camera.fov_deg) / 2)
+    return up * width / height, up
+
+
+def cloud_of(image: RgbdImage) -> PointCloud:
+    """The points of an image, in the world. A pixel's ray goes through its centre, half a pixel from its corner."""
+    height, width = image.depth_m.shape
+    across, up = _tangents(image.camera, width, height)
+    x = ((np.arange(width) + 0.5) / width * 2 - 1) * across
+    y = (1 - (np.arange(height) + 0.5) / height * 2) * up
+    v, u = np.nonzero(np.isfinite(image.depth_m))
+    depth = image.depth_m[v, u]
+    rays = np.column_stack([x[u], y[v], np.ones(len(u))])
+    xyz = (rays * depth[:, None]) @ _axes(image.camera) + np.asarray(image.camera.eye_m)
+    return PointCloud(xyz, image.rgb[v, u].astype(np.float64) / 255)
+
+
+def project(camera: Camera, xyz_m: Array, width: int, height: int) -> tuple[NDArray[np.int64], Array]:
+    """The pixels (N x 2: column, row; -1 where outside the image) that show points (N x 3, world), and their depths."""
+    local = (xyz_m - np.asarray(camera.eye_m)) @ _axes(camera).T
+    across, up = _tangents(camera, width, height)
+    depth = local[:, 2]
+    ahead = depth > 1e-6
+    safe = np.where(ahead, depth, 1.0)
+    u = np.floor((local[:, 0] / safe / across + 1) / 2 * width).astype(np.int64)
+    v = np.floor((1 - local[:, 1] / safe / up) / 2 * height).astype(np.int64)
+    inside = ahead & (u >= 0) & (u < width) & (v >= 0) & (v < height)
+    return np.where(inside[:, None], np.column_stack([u, v]), -1), depth
+
+
+def noisy(image: RgbdImage, sigma_m: float, rng: np.random.Generator) -> RgbdImage:
+    """The image of a depth sensor whose every reading is off by a Gaussian error."""
+    error = rng.normal(0.0, sigma_m, image.depth_m.shape)
+    return RgbdImage(image.camera, image.rgb, image.depth_m + error)

@@ -1,0 +1,85 @@
+"""Reading fixtures/requests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from llmbt_ir.condition import Condition, parse_condition
+from llmbt_ir.xml import parse_xml, read_bytes
+
+__all__ = ["FOLDER", "PARTS", "Case", "read_cases"]
+
+FOLDER = Path(__file__).parents[2] / "fixtures" / "requests"
+PARTS = ("open", "blind")
+
+Goals = frozenset[Condition]
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One request: its kind, the replies that a model is made to give, and what is right."""
+
+    id: str
+    scene: str
+    kind: str
+    text: str
+    replies: tuple[str, ...]
+    answers: tuple[str, ...]
+    candidates: frozenset[str] | None
+    goals: tuple[Goals, ...]
+    why: str
+
+
+def read_cases(part: str) -> tuple[Case, ...]:
+    """The requests of a part; none where the part is not there. Every fault of the file is raised."""
+    path = FOLDER / f"{part}.xml"
+    if not path.exists():
+        return ()
+    data = read_bytes(path, "requests")
+    _check(data)
+    root = parse_xml(data, str(path))
+    found = tuple(_case(node) for node in root.iterfind("Request"))
+    assert len({c.id for c in found}) == len(found), "an id is used twice"
+    return found
+
+
+def _check(data: bytes) -> None:
+    from lxml import etree
+
+    schema = etree.RelaxNG(etree.parse(str(FOLDER / "requests.rng")))
+    schema.assertValid(etree.fromstring(data))
+
+
+def _case(node: object) -> Case:
+    from lxml.etree import _Element
+
+    assert isinstance(node, _Element)
+    candidates = node.findtext("Candidates")
+    kind = str(node.get("kind"))
+    goals = tuple(_goals(g.text or "") for g in node.iterfind("Goals"))
+    assert goals or kind == "impossible", f"{node.get('id')}: what are the goals?"
+    assert kind != "ambiguous" or node.find("Answer") is not None, f"{node.get('id')}: what is the answer?"
+    return Case(
+        str(node.get("id")),
+        str(node.get("scene")),
+        kind,
+        " ".join((node.findtext("Text") or "").split()),
+        tuple(_reply(r.text or "") for r in node.iterfind("Reply")),
+        tuple(" ".join((a.text or "").split()) for a in node.iterfind("Answer")),
+        frozenset(candidates.split()) if candidates is not None else None,
+        goals,
+        node.findtext("Why") or "",
+    )
+
+
+def _reply(text: str) -> str:
+    """The lines of a reply, without the indentation that the file gives them."""
+    return "\n".join(line.strip() for line in text.strip().splitlines()) + "\n"
+
+
+def _goals(text: str) -> Goals:
+    literals = [parse_condition(" ".join(part.split())) for part in text.split(";") if part.strip()]
+    assert literals, "empty goals"
+    assert None not in literals, text
+    return frozenset(c for c in literals if c is not None)
