@@ -71,10 +71,12 @@ def _described(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, To
             yield a, b
 
 
-def in_passing(parts: Sequence[Token], first: Token, step: LabelledStep, used: Sequence[Extent] = ()) -> bool:
+def in_passing(
+    parts: Sequence[Token], first: Token, step: LabelledStep, used: Sequence[Extent] = (), *, narrowing: bool = True
+) -> bool:
     """Whether a name that begins at `first`, outside the keywords, stands where a step speaks of other things: in a
-    parenthesis, in a clause of its own ("because", "which", "without"), or right behind a keyword that it narrows down
-    ("position 12 on shelf level 1")."""
+    parenthesis, in a clause of its own ("because", "which", "without"), or (`narrowing`) right behind a keyword that it
+    narrows down ("position 12 on shelf level 1")."""
     lex = lexicon()
     opened = sum((t.text in {"(", "["}) - (t.text in {")", "]"}) for t in parts if t.start < first.start)
     if opened > 0:
@@ -85,4 +87,4 @@ def in_passing(parts: Sequence[Token], first: Token, step: LabelledStep, used: S
     marks = any(t.text in _MARKS or lex.is_(t.text, "joints") for t in before)
     after = takewhile(lambda t: t.text not in _MARKS, (t for t in parts if t.start > first.start))
     told = any(lex.is_(t.text, "stative") for t in after) if not ends else False
-    return (inner and not marks) or told or any(lex.is_(t.text, *_ASIDE) for t in before)
+    return (narrowing and inner and not marks) or told or any(lex.is_(t.text, *_ASIDE) for t in before)

@@ -97,7 +97,7 @@ class Placing(Grounding):
                 known
                 or not lead
                 or not lexicon().is_(lead[-1].text, "onto", "at")
-                or in_passing(parts, first, self.now, self.used)
+                or in_passing(parts, first, self.now, self.used, narrowing=False)
             ):
                 continue
             if len(exactly_named(name, self.scene.places)) == 1:
