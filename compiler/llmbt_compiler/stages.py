@@ -16,7 +16,7 @@ from typing import Any
 
 from llmbt_atl.library import Library
 from llmbt_compiler.goals import ground, read_reply, read_stated
-from llmbt_compiler.keywords.labels import KeywordSpan, Kind
+from llmbt_compiler.keywords.labels import KeywordSpan, Kind, Reading
 from llmbt_compiler.parsing import Extent, Goal, LabelledStep, Note, NoteKind, ParseResult, parse, say
 from llmbt_compiler.reasoning.cassette import Provenance as Source
 from llmbt_compiler.reasoning.chat import Completion, Reply, Settings, Transport, ask
@@ -24,7 +24,7 @@ from llmbt_compiler.reasoning.filter import filter_steps
 from llmbt_compiler.reasoning.prompt import GOALS, STEPS, Prompt, build_prompt
 from llmbt_compiler.reasoning.steps import Question, Steps
 from llmbt_ir.condition import Condition
-from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Severity, Span
+from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity, Span
 from llmbt_ir.semantic_map import SemanticMap, parse_map, write_map
 from llmbt_ir.signatures import Signatures
 from llmbt_ir.tree import goal_tree
@@ -90,10 +90,17 @@ def stages_of(context: Context) -> tuple[Stage, ...]:
 
 
 def tagged(texts: Sequence[str], tagger: str) -> tuple[LabelledStep, ...]:
-    """Texts with their keywords, numbered from 1."""
-    from llmbt_compiler.keywords.tagger import load_tagger
+    """Texts with their keywords, numbered from 1. LlmbtError (E201, E204) where there is no such tagger."""
+    from llmbt_compiler.keywords.tagger import UnknownTaggerError, load_tagger
+    from llmbt_compiler.keywords.weights import WeightsError
 
-    found = load_tagger(tagger).tag(list(texts))
+    try:
+        loaded = load_tagger(tagger)
+    except UnknownTaggerError as fault:
+        raise LlmbtError(Diagnostic("E201", str(fault)), exit_code=ExitCode.USAGE) from None
+    except WeightsError as fault:
+        raise LlmbtError(Diagnostic("E204", str(fault))) from None
+    found = loaded.tag(list(texts))
     return tuple(LabelledStep.of(i, t) for i, t in enumerate(found, 1))
 
 
@@ -193,6 +200,11 @@ def _write_keywords(steps: tuple[LabelledStep, ...], _: Context) -> bytes:
                         }
                         for k in s.spans
                     ],
+                    "probability": s.readings[0].probability if s.readings else 1.0,
+                    "readings": [
+                        {"probability": r.probability, "spans": [[k.start, k.end, k.label.value] for k in r.spans]}
+                        for r in s.readings[1:]
+                    ],
                 }
                 for s in steps
             ],
@@ -211,8 +223,23 @@ def _read_keywords(data: Mapping[str, Any]) -> tuple[LabelledStep, ...]:
             ),
             float(s["confidence"]),
             Extent(*s["reply"]) if s.get("reply") else None,
+            readings=_read_readings(s),
         )
         for s in data["steps"]
+    )
+
+
+def _read_readings(step: Mapping[str, Any]) -> tuple[Reading, ...]:
+    """The likeliest ways to label a step, the one that its `spans` are first; none where the file has no others."""
+    others = [(float(r["probability"]), r["spans"]) for r in step.get("readings", ())]
+    if not others:
+        return ()
+    text = str(step["text"])
+    first = [(int(k["start"]), int(k["end"]), str(k["label"])) for k in step["spans"]]
+    told = [(float(step["probability"]), first), *others]
+    return tuple(
+        Reading(tuple(KeywordSpan(int(a), int(b), Kind(label), text[int(a) : int(b)]) for a, b, label in spans), p)
+        for p, spans in told
     )
 
 

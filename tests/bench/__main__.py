@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import platform
-import subprocess
-import sys
 import tempfile
 import time
 from datetime import UTC, datetime
@@ -27,15 +25,7 @@ TORCH_TAG = """
 from llmbt_compiler.keywords.tagger import load_tagger
 load_tagger("torch").tag(["Pick up object 1 and place it on position 12."])
 """
-NUMPY_TAG = TORCH_TAG.replace('"torch"', '"default"')
-TAG_16 = """
-import time
-from llmbt_compiler.keywords.tagger import load_tagger
-tagger = load_tagger("NAME")
-steps = [f"Pick up object {i} (green block) and place it on position {i + 10} on shelf level 1." for i in range(1, 17)]
-tagger.tag(steps)
-start = time.perf_counter(); tagger.tag(steps); print(time.perf_counter() - start)
-"""
+DEFAULT_TAG = TORCH_TAG.replace('"torch"', '"default"')
 
 
 def starting() -> None:
@@ -49,7 +39,7 @@ def starting() -> None:
             print(f"llmbt compile --tagger torch, replayed             {process(torch)}")
         print(f"bare: import torch and transformers' BERT          {python(TORCH)}")
         print(f"bare: the same, load the weights, tag one step     {python(TORCH_TAG)}")
-        print(f"default tagger: load the weights, tag one step     {python(NUMPY_TAG)}")
+        print(f"default tagger: load the weights, tag one step     {python(DEFAULT_TAG)}")
 
 
 def executing(runs: int = 3) -> None:
@@ -92,12 +82,9 @@ def executing(runs: int = 3) -> None:
 def tagging() -> None:
     """Tagging sixteen steps, once loaded."""
     with section("Tagging 16 steps, one thread, once loaded"):
-        for name in ("default", "torch"):
-            code = TAG_16.replace("NAME", name)
-            command = [sys.executable, "-c", code]
-            environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-            seconds = sorted(float(subprocess.check_output(command, text=True, env=environment)) for _ in range(5))
-            print(f"{name:<10}{1000 * seconds[2]:7.1f} ms ({1000 * seconds[0]:.1f}-{1000 * seconds[4]:.1f}, 5 runs)")
+        from tests.bench.tagging import measure
+
+        measure()
 
 
 if __name__ == "__main__":

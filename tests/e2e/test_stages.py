@@ -19,7 +19,8 @@ def without_confidence(text):
     """Confidences are floats and differ between processors; labels and spans do not."""
     document = json.loads(text)
     for step in document["steps"]:
-        step.pop("confidence")
+        for name in ("confidence", "probability", "readings"):
+            step.pop(name)
         for span in step["spans"]:
             span.pop("confidence")
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"

@@ -10,7 +10,7 @@ from llmbt_compiler.keywords.evaluate import Example, read_examples
 from llmbt_compiler.keywords.generate import vocabulary_words
 from llmbt_compiler.keywords.grammar import Grammar
 from llmbt_compiler.keywords.pieces import read_vocabulary
-from llmbt_compiler.keywords.tagger import MODEL, NumpyTagger, TorchTagger
+from llmbt_compiler.keywords.tagger import MODEL, OnnxTagger, TorchTagger
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -26,8 +26,8 @@ def grammar() -> Grammar:
 
 
 @pytest.fixture(scope="session")
-def fast() -> NumpyTagger:
-    return NumpyTagger()
+def fast() -> OnnxTagger:
+    return OnnxTagger()
 
 
 @pytest.fixture(scope="session")

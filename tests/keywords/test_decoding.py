@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from llmbt_compiler.keywords.decoding import best_path, best_paths, log_softmax, marginals
+from llmbt_compiler.keywords.decoding import best_path, best_paths, certain_path, log_softmax, marginals
 from llmbt_compiler.keywords.labels import LABELS, Label, follows
 
 
@@ -38,6 +38,8 @@ def test_against_the_definition(log_p: np.ndarray) -> None:  # type: ignore[type
     found = best_paths(log_p, 5, floor=0.0)
     assert [p for _, p in found] == pytest.approx(ranked[:5])
     assert all(truth[labels] == pytest.approx(p) for labels, p in found)
+    plain = certain_path(log_p, 0.5)
+    assert plain is None or plain == best_path(log_p)
     p = marginals(log_p)
     for i in range(len(log_p)):
         for k, label in enumerate(LABELS):
@@ -50,6 +52,7 @@ def test_a_word_that_cannot_go_on_begins_for_certain() -> None:
     row = np.full(len(LABELS), -9.0, np.float32)
     row[LABELS.index(Label.I_TARGET)], row[LABELS.index(Label.B_TARGET)] = 5.0, 2.0
     log_p = log_softmax(row[None])
+    assert certain_path(log_p, 0.5) is None
     assert best_path(log_p) == (Label.B_TARGET,)
     assert marginals(log_p)[0, LABELS.index(Label.B_TARGET)] > 0.99
 
@@ -57,5 +60,6 @@ def test_a_word_that_cannot_go_on_begins_for_certain() -> None:
 def test_no_words() -> None:
     empty = np.zeros((0, len(LABELS)))
     assert best_path(empty) == ()
+    assert certain_path(empty, 0.9) is None
     assert best_paths(empty, 3) == (((), 1.0),)
     assert marginals(empty).shape == (0, len(LABELS))

@@ -14,7 +14,7 @@ from llmbt_compiler.keywords.evaluate import Example, evaluate
 from llmbt_compiler.keywords.generate import generate
 from llmbt_compiler.keywords.grammar import Grammar, parse_markup
 from llmbt_compiler.keywords.labels import TaggedStep, follows
-from llmbt_compiler.keywords.tagger import NumpyTagger, TorchTagger, UnknownTaggerError, load_tagger, tagger_names
+from llmbt_compiler.keywords.tagger import OnnxTagger, TorchTagger, UnknownTaggerError, load_tagger, tagger_names
 
 CANONICAL = (Path(__file__).parent / "golden" / "canonical.txt").read_text("utf-8").splitlines()
 
@@ -28,24 +28,30 @@ def marked(step: TaggedStep) -> str:
 
 
 @pytest.mark.parametrize("line", CANONICAL)
-def test_canonical_steps(fast: NumpyTagger, line: str) -> None:
+def test_canonical_steps(fast: OnnxTagger, line: str) -> None:
     (step,) = fast.tag(["".join(s.text for s in parse_markup(line))])
     assert marked(step) == line
 
 
-def test_the_development_steps(fast: NumpyTagger, dev: tuple[Example, ...]) -> None:
+def test_the_development_steps(fast: OnnxTagger, dev: tuple[Example, ...]) -> None:
     figures = evaluate(dev, [t.spans for t in fast.tag([e.text for e in dev])])
     assert figures.scores.f1 >= 0.95
     assert figures.whole_step_accuracy >= 0.85
 
 
 def test_the_fast_path_gives_the_references_labels(
-    fast: NumpyTagger, reference: TorchTagger, dev: tuple[Example, ...], grammar: Grammar
+    fast: OnnxTagger, reference: TorchTagger, dev: tuple[Example, ...], grammar: Grammar
 ) -> None:
-    texts = [e.text for e in dev] + [s.text for s in islice(generate(grammar, 150, 77), 150)]
-    for ours, theirs in zip(fast.tag(texts), reference.tag(texts), strict=True):
-        assert [w.label for w in ours.words] == [w.label for w in theirs.words]
-        assert ours.confidence == pytest.approx(theirs.confidence, abs=5e-3)
+    """Eight bits against float32: a word gets another label only where the reference itself wavers, and seldom."""
+    samples = [Example(s.text, s.spans) for s in islice(generate(grammar, 300, 77), 300)]
+    for truth in (dev, samples):
+        taken, truly = (t.tag([e.text for e in truth]) for t in (fast, reference))
+        words = [w for x, y in zip(taken, truly, strict=True) for w in zip(x.words, y.words, strict=True)]
+        differing = [b for a, b in words if a.label is not b.label]
+        assert len(differing) <= len(words) / 1000
+        assert all(w.confidence < 0.7 for w in differing)
+        ours, theirs = (evaluate(truth, [t.spans for t in tagged]).scores.f1 for tagged in (taken, truly))
+        assert ours == pytest.approx(theirs, abs=2e-3)
 
 
 HOSTILE = [
@@ -62,22 +68,21 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
-def test_no_text_breaks_it(fast: NumpyTagger, text: str) -> None:
+def test_no_text_breaks_it(fast: OnnxTagger, text: str) -> None:
     (step,) = fast.tag([text])
     labels = [w.label for w in step.words]
     assert all(follows(a, b) for a, b in zip((None, *labels), labels, strict=False))
     assert 0 <= step.confidence <= 1
 
 
-def test_a_step_does_not_depend_on_its_company(fast: NumpyTagger, dev: tuple[Example, ...]) -> None:
+def test_a_step_does_not_depend_on_its_company(fast: OnnxTagger, dev: tuple[Example, ...]) -> None:
     texts = [e.text for e in dev[:20]]
     assert [s.spans for s in fast.tag(texts)] != []
-    for together, alone in zip(fast.tag(texts), (fast.tag([t])[0] for t in texts), strict=True):
-        assert [w.label for w in together.words] == [w.label for w in alone.words]
+    assert fast.tag(texts) == tuple(fast.tag([t])[0] for t in texts)
     assert fast.tag([]) == ()
 
 
-def test_confidence_is_that_of_the_worst_word(fast: NumpyTagger) -> None:
+def test_confidence_is_that_of_the_worst_word(fast: OnnxTagger) -> None:
     (step,) = fast.tag(["Place object 6 on position 32."])
     assert step.confidence == min(w.confidence for w in step.words)
     for span in step.spans:

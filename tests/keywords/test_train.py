@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from llmbt_compiler.keywords.evaluate import Example
-from llmbt_compiler.keywords.tagger import MODEL, NumpyTagger
+from llmbt_compiler.keywords.tagger import MODEL, OnnxTagger
 
 torch = pytest.importorskip("torch")
 
 
 @pytest.mark.slow
-def test_a_short_run_repeats_and_an_interrupted_one_goes_on(tmp_path: Path, dev: tuple[Example, ...]) -> None:
+def test_one_seed_gives_one_tagger_interrupted_or_not(tmp_path: Path, dev: tuple[Example, ...]) -> None:
     from llmbt_compiler.keywords.train import Progress, TrainSettings, train
 
     settings = TrainSettings(seed=1, samples=24, epochs=2, batch=8, learning_rate=1e-5, held_out=20)
@@ -40,9 +40,13 @@ def test_a_short_run_repeats_and_an_interrupted_one_goes_on(tmp_path: Path, dev:
     assert min(p.epoch for p in resumed) == 1
     assert parts.losses == pytest.approx(whole.losses, rel=1e-4)
 
-    texts = [e.text for e in dev[:30]]
-    a, b = (NumpyTagger(tmp_path / name).tag(texts) for name in ("whole", "parts"))
-    assert [[w.label for w in s.words] for s in a] == [[w.label for w in s.words] for s in b]
+    again = train(tmp_path / "again", settings, start_from=MODEL, extra=dev[:2])
+    assert again.losses == whole.losses
+    texts = [e.text for e in dev]
+    a, b, c = (OnnxTagger(tmp_path / name).tag(texts) for name in ("whole", "parts", "again"))
+    labels = [[w.label for w in s.words] for s in a]
+    assert labels == [[w.label for w in s.words] for s in b]
+    assert labels == [[w.label for w in s.words] for s in c]
 
 
 def test_missing_base_weights_are_explained(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,7 +28,7 @@ def compile_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--yes", "-y", is_flag=True, help="With --confirm: confirmed."),
         click.option("--confirm", is_flag=True, help="Say the goals back and ask whether they are what is wanted."),
         click.option("--partial", is_flag=True, help="Leave out steps below the tagger's confidence threshold."),
-        click.option("--tagger", default="default", show_default=True, help="default or torch (the reference)."),
+        click.option("--tagger", default="default", show_default=True, help="default, torch, or a folder."),
         click.option(
             "--corrections",
             type=click.IntRange(0, 10),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from llmbt_compiler.keywords.labels import LABELS, Label, follows
 
-__all__ = ["best_path", "best_paths", "log_softmax", "marginals"]
+__all__ = ["best_path", "best_paths", "certain_path", "log_softmax", "marginals"]
 
 _ALLOWED = np.array([[0.0 if follows(a, b) else -np.inf for b in LABELS] for a in LABELS])
 _FIRST = np.array([0.0 if follows(None, b) else -np.inf for b in LABELS])
@@ -25,6 +25,16 @@ def log_softmax(logits: NDArray[np.float32]) -> NDArray[np.float64]:
     shifted = logits.astype(np.float64) - logits.max(axis=-1, keepdims=True)
     result: NDArray[np.float64] = shifted - np.log(np.exp(shifted).sum(axis=-1, keepdims=True))
     return result
+
+
+def certain_path(log_probabilities: NDArray[np.float64], least: float) -> tuple[Label, ...] | None:
+    """The likeliest label of each word, if each has at least the probability `least` and together they are grammatical:
+    then no search is needed. None otherwise."""
+    likeliest = log_probabilities.argmax(axis=-1)
+    if len(likeliest) == 0 or log_probabilities[np.arange(len(likeliest)), likeliest].min() < np.log(least):
+        return None
+    allowed = _FIRST[likeliest[0]] + _ALLOWED[likeliest[:-1], likeliest[1:]].sum()
+    return tuple(LABELS[k] for k in likeliest) if allowed == 0 else None
 
 
 def best_path(log_probabilities: NDArray[np.float64]) -> tuple[Label, ...]:

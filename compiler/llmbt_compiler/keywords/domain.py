@@ -15,6 +15,7 @@ _RULES = {
     Shape.PLACE: ("v_place", "v_move"),
     Shape.FREE: ("v_remove",),
     Shape.TRAVEL: ("v_go",),
+    Shape.CHANGE: ("v_act",),
     Shape.OTHER: ("v_act",),
 }
 _ROOTS = frozenset({"movable", "object", "place"})

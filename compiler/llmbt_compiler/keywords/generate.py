@@ -10,7 +10,7 @@ from llmbt_compiler.keywords.grammar import Grammar, Segment, parse_markup
 from llmbt_compiler.keywords.labels import KeywordSpan
 from llmbt_compiler.keywords.noise import NoiseRates, apply_noise
 
-__all__ = ["MIXTURE", "Sample", "generate", "vocabulary_words"]
+__all__ = ["CONTEXT", "MIXTURE", "Sample", "generate", "vocabulary_words"]
 
 MIXTURE: Mapping[str, float] = {
     "plain": 26,
@@ -28,6 +28,10 @@ MIXTURE: Mapping[str, float] = {
     "navigation": 14,
 }
 """How often each structure is drawn; one that is not named has weight 5."""
+
+
+CONTEXT = ("relative", "trailing", "adverbial")
+"""The structures whose sentences say more than the order."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -167,6 +167,7 @@ class Grammar:
         self._random = Random(0)
         self._depth = 0
         self._vocabulary = vocabulary
+        self._listed = words["noun_real"] if "noun_real" in words and not vocabulary else ()
         self._environment = Environment(undefined=StrictUndefined, autoescape=False)
         self._environment.filters.update(
             under=lambda s: str(s).replace(" ", "_"),
@@ -178,7 +179,7 @@ class Grammar:
         builtin: dict[str, Callable[..., str]] = {
             "digits": self._digits,
             "letter": lambda: self._random.choice(_LETTERS),
-            "vocab": lambda: self._random.choice(self._vocabulary),
+            "vocab": self._vocab,
             "pseudo": self._pseudo,
         }
         clash = builtin.keys() & words.keys()
@@ -196,6 +197,7 @@ class Grammar:
         more: Mapping[str, Sequence[str]] = MappingProxyType({}),
     ) -> Grammar:
         """The grammar of a folder that has ``structures/`` and ``words/``; `more` adds alternatives to rules of words.
+        Without a `vocabulary` there are no unknown nouns: ``vocab()`` and ``pseudo()`` draw from ``noun_real``.
 
         What is added to a rule shares half of its weight. Raises GrammarError, OSError.
         """
@@ -263,7 +265,16 @@ class Grammar:
         low = 10 ** (n - 1) if n > 1 else 1
         return str(self._random.randint(low, 10**n - 1))
 
+    def _vocab(self) -> str:
+        return self._random.choice(self._vocabulary or self._listed_nouns())
+
+    def _listed_nouns(self) -> tuple[str, ...]:
+        """Where no vocabulary is given, unknown nouns are drawn from the listed ones."""
+        return tuple(a.template for a in self._listed) or ("thing",)
+
     def _pseudo(self) -> str:
+        if not self._vocabulary:
+            return self._vocab()
         pick = self._random.choice
         n = 1 if self._random.random() < 0.3 else 2
         return "".join(pick(_ONSETS) + pick(_VOWELS) for _ in range(n)) + pick(_CODAS)

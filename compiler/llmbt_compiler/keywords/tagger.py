@@ -12,15 +12,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from llmbt_compiler.keywords.decoding import best_path, best_paths, log_softmax, marginals
-from llmbt_compiler.keywords.forward import forward
+from llmbt_compiler.keywords.decoding import best_path, best_paths, certain_path, log_softmax, marginals
 from llmbt_compiler.keywords.labels import LABELS, Label, Reading, TaggedStep, Word, decode, split
 from llmbt_compiler.keywords.pieces import Window, WordPiece, read_vocabulary, windows
 from llmbt_compiler.keywords.weights import read_weights
 
 __all__ = [
     "MODEL",
-    "NumpyTagger",
+    "OnnxTagger",
     "Tagger",
     "TorchTagger",
     "UnknownTaggerError",
@@ -34,7 +33,7 @@ MODEL = Path(__file__).parent / "model"
 _BATCH = 16
 _READINGS = 12
 _CERTAIN = 0.97
-"""A step all of whose words are at least this sure has one reading."""
+"""A step all of whose words are at least this sure has one reading, and the model's own probabilities."""
 _LONG = 400
 """Words; a longer step has one reading."""
 
@@ -51,29 +50,31 @@ class UnknownTaggerError(ValueError):
     """No tagger has that name."""
 
 
-class NumpyTagger:
-    """The forward pass in plain numpy on the shipped weights: no torch, no transformers."""
+class OnnxTagger:
+    """The fast path: the shipped int8 weights on onnxruntime, WordPiece in plain Python."""
 
     def __init__(self, folder: Path = MODEL) -> None:
         """Reads ``weights.safetensors`` and ``vocab.txt``. Raises OSError, WeightsError."""
-        self._weights = read_weights(folder / "weights.safetensors")
+        from llmbt_compiler.keywords.encoder import Encoder
+
+        self._encoder = Encoder(read_weights(folder / "weights.safetensors"))
         self._cut = WordPiece(read_vocabulary(folder / "vocab.txt"))
 
     def tag(self, texts: Sequence[str]) -> tuple[TaggedStep, ...]:
         """See `Tagger`."""
-        return tag_with(texts, self._cut, lambda batch: forward(self._weights, batch))
+        return tag_with(texts, self._cut, self._encoder)
 
 
 class TorchTagger:
-    """The reference: `transformers.BertForTokenClassification` and `BertTokenizer` on the same weights."""
+    """The reference: `transformers.BertForTokenClassification` and `BertTokenizer` on the same weights, in float32."""
 
     def __init__(self, folder: Path = MODEL) -> None:
         """Imports torch and transformers, which takes seconds. Raises OSError, WeightsError."""
         from llmbt_compiler.keywords import torch_model
 
-        weights = read_weights(folder / "weights.safetensors", widen_embeddings=True)
+        weights = read_weights(folder / "weights.safetensors")
         self._cut = torch_model.word_cutter(folder / "vocab.txt")
-        self._model = torch_model.build(weights.config, weights.tensors)
+        self._model = torch_model.build(weights.config, weights.widened())
         self._forward = torch_model.forward
 
     def tag(self, texts: Sequence[str]) -> tuple[TaggedStep, ...]:
@@ -82,8 +83,7 @@ class TorchTagger:
 
 
 _TAGGERS: dict[str, Callable[[Path], Tagger]] = {
-    "default": NumpyTagger,
-    "numpy": NumpyTagger,
+    "default": OnnxTagger,
     "torch": TorchTagger,
 }
 
@@ -132,7 +132,8 @@ def _labelled(text: str, words: tuple[Word, ...], logits: NDArray[np.float32]) -
     if not words:
         return TaggedStep(text, (), ())
     log_p = log_softmax(logits)
-    p = marginals(log_p)
+    plain = certain_path(log_p, _CERTAIN)
+    p = np.exp(log_p) if plain is not None else marginals(log_p)
 
     def with_labels(labels: Sequence[Label]) -> tuple[Word, ...]:
         return tuple(
@@ -140,14 +141,10 @@ def _labelled(text: str, words: tuple[Word, ...], logits: NDArray[np.float32]) -
             for i, (w, label) in enumerate(zip(words, labels, strict=True))
         )
 
-    best = with_labels(best_path(log_p))
+    best = with_labels(plain or best_path(log_p))
     spans = decode(text, best)
-    if len(words) > _LONG or min(w.confidence for w in best) >= _CERTAIN:
+    if plain is not None or len(words) > _LONG or min(w.confidence for w in best) >= _CERTAIN:
         return TaggedStep(text, best, spans, (Reading(spans, 1.0),))
-    readings: dict[tuple[tuple[int, int, str], ...], Reading] = {}
-    for labels, probability in best_paths(log_p, _READINGS):
-        found = decode(text, with_labels(labels))
-        key = tuple((s.start, s.end, s.label.value) for s in found)
-        before = readings[key].probability if key in readings else 0.0
-        readings[key] = Reading(found, before + probability)
-    return TaggedStep(text, best, spans, tuple(readings.values()))
+    likeliest = best_paths(log_p, _READINGS)
+    readings = (Reading(decode(text, with_labels(labels)), round(probability, 4)) for labels, probability in likeliest)
+    return TaggedStep(text, best, spans, tuple(readings))

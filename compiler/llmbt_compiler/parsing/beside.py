@@ -12,7 +12,7 @@ from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["mentioned", "mentions", "unread"]
+__all__ = ["in_passing", "mentioned", "mentions", "unread"]
 
 _MARKS = frozenset({",", ".", ";", ":"})
 _ASIDE = ("subordinate", "except", "negation", "stative")
@@ -54,7 +54,7 @@ def unread(step: LabelledStep, scene: Scene, used: Sequence[Extent]) -> tuple[Ex
     for first, last in (*mentions(parts, scene), *_described(parts, scene)):
         extent = Extent(first.start, last.end)
         known = any(u.start < extent.end and extent.start < u.end for u in (*used, *found))
-        if _free(step, first, last) and not known and not _aside(parts, first, step):
+        if _free(step, first, last) and not known and not in_passing(parts, first, step, used):
             found.append(extent)
     return tuple(sorted(found))
 
@@ -71,18 +71,20 @@ def _described(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, To
             yield a, b
 
 
-def _aside(parts: Sequence[Token], first: Token, step: LabelledStep) -> bool:
+def in_passing(
+    parts: Sequence[Token], first: Token, step: LabelledStep, used: Sequence[Extent] = (), *, narrowing: bool = True
+) -> bool:
     """Whether a name that begins at `first`, outside the keywords, stands where a step speaks of other things: in a
-    parenthesis, in a clause of its own ("because", "which", "without"), or right behind a keyword that it narrows down
-    ("position 12 on shelf level 1")."""
+    parenthesis, in a clause of its own ("because", "which", "without"), or (`narrowing`) right behind a keyword that it
+    narrows down ("position 12 on shelf level 1")."""
     lex = lexicon()
     opened = sum((t.text in {"(", "["}) - (t.text in {")", "]"}) for t in parts if t.start < first.start)
     if opened > 0:
         return True
-    ends = [s.end for s in step.spans if s.end <= first.start]
+    ends = [e for e in (*(s.end for s in step.spans), *(u.end for u in used)) if e <= first.start]
     before = [t for t in parts if max(ends, default=0) <= t.start < first.start]
     inner = bool(ends) and bool(before) and lex.is_(before[0].text, "inner")
     marks = any(t.text in _MARKS or lex.is_(t.text, "joints") for t in before)
     after = takewhile(lambda t: t.text not in _MARKS, (t for t in parts if t.start > first.start))
     told = any(lex.is_(t.text, "stative") for t in after) if not ends else False
-    return (inner and not marks) or told or any(lex.is_(t.text, *_ASIDE) for t in before)
+    return (narrowing and inner and not marks) or told or any(lex.is_(t.text, *_ASIDE) for t in before)

@@ -201,6 +201,12 @@ def _with_exceptions(text: _Text) -> tuple[_Text, tuple[KeywordSpan, ...]]:
         after = [t for t in text.all if s.end <= t.start and t.end <= stop and t.text not in _MARKUP]
         at = 1 if after and after[0].text == "," else 0
         size = excepts(after, at)
+        cut = text.inside(s.start, s.end)[-1:]  # "the block labelled | object 5", the name cut off
+        if not size and cut and (cut[0].text,) in _RESTRICTING and after and after[0].text not in ends:
+            close = next((i for i, t in enumerate(after) if t.text in ends or not (t.word or t.number)), len(after))
+            found[s.end] = tuple(after[:close])
+            gone |= {o.start for o in text.spans if after[0].start <= o.start < after[close - 1].end}
+            continue
         texts = tuple(t.text for t in after[:3])
         only = 0 if size else max((len(w) for w in _RESTRICTING if texts[: len(w)] == w), default=0)
         if not size and not only:

@@ -212,8 +212,10 @@ def _crowded(result: ParseResult, scene: Scene) -> bool:
     return len(set(slots)) < len(slots)
 
 
-def evaluate_conditions(path: Path, tagger: Tagger, *, threshold: float = THRESHOLD) -> ConditionScores:
-    """The figures of a tagger and the parser on a file of cases, whose maps lie beside it.
+def evaluate_conditions(
+    path: Path, tagger: Tagger, *, threshold: float = THRESHOLD, snap: bool = True
+) -> ConditionScores:
+    """The figures of a tagger and the parser on a file of cases, whose maps lie beside it; `snap` as for `parse`.
 
     Raises CaseError, LlmbtError, OSError.
     """
@@ -227,7 +229,7 @@ def evaluate_conditions(path: Path, tagger: Tagger, *, threshold: float = THRESH
     codes: Counter[str] = Counter()
     for case in cases:
         steps = [LabelledStep.of(i, next(tagged)) for i in range(1, len(case.steps) + 1)]
-        result = parse(steps, *scenes[case.map], threshold=threshold)
+        result = parse(steps, *scenes[case.map], threshold=threshold, snap=snap)
         verdict = judge(case, result, crowded=_crowded(result, Scene(*scenes[case.map])))
         outcomes.append(Outcome(case, verdict, result))
         counts[case.intent][verdict] += 1

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import dropwhile
+from itertools import dropwhile, pairwise
 
 from llmbt_atl.template import Role, Template
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
@@ -169,6 +169,9 @@ class Grounding:
         elif aside and isinstance(found, Fault) and found.code == "E304":
             common = tuple(i for i in found.candidates if i in aside)
             found = Found(common) if len(common) == 1 or common == aside else found
+        pointing = len(phrase.parts) == 1 and lexicon().is_(phrase.parts[0].text, "pronouns", "plural_pronouns")
+        if isinstance(found, Fault) and pointing and before:  # "object 1: pick it up"
+            found = before[-1]
         several = isinstance(found, Fault) and found.code == "E304"
         if isinstance(found, Fault) and several and phrase.apposed and before:
             found = before[-1] if set(before[-1].ids) <= set(found.candidates) else found
@@ -179,10 +182,11 @@ class Grounding:
 
     def narrowed(self, phrase: Phrase, talk: Talk, at: tuple[str, ...], picking: bool) -> Found | Fault:
         """A phrase's objects; where unlabelled words after it say a place ("everything on the shelf"), those there."""
-        place = self.trailing(phrase) if phrase.trail and not at else None
+        place, words = self.trailing(phrase) if phrase.trail and not at else (None, ())
         if place is not None:
             found = resolve_objects(phrase.parts, self.scene, talk, at=(place,), picking=picking)
             if isinstance(found, Found):
+                self.use(*words)
                 return found
         return resolve_objects(phrase.parts, self.scene, talk, at=at, picking=picking)
 
@@ -217,14 +221,13 @@ class Grounding:
             tuple(dict.fromkeys((*found.ids, *aside)))[:6],
         )
 
-    def trailing(self, phrase: Phrase) -> str | None:
-        """The place after "on" that follows a phrase unlabelled, if the words name one exactly."""
+    def trailing(self, phrase: Phrase) -> tuple[str | None, tuple[Token, ...]]:
+        """The place after "on" that follows a phrase unlabelled, if the words name one exactly; and the words."""
         for length in range(len(phrase.trail), 0, -1):
             found = resolve_places(phrase.trail[:length], self.scene, self.talk())
             if isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:
-                self.use(*phrase.trail[:length])
-                return found.ids[0]
-        return None
+                return found.ids[0], phrase.trail[:length]
+        return None, ()
 
     def sure(self, group: Group) -> tuple[str, ...]:
         """The targets, if the words alone name them and no group of them."""
@@ -301,6 +304,27 @@ class Grounding:
         found = resolve_objects(clause.exception[:1], self.scene, self.talk())
         raise self.fault(found) if isinstance(found, Fault) else Stop
 
+    def told_once(self, targets: tuple[Phrase, ...]) -> tuple[Phrase, ...]:
+        """Without those that a name right after them makes clear: "the second one, object 5"."""
+        gone = []
+        for phrase, name in pairwise(targets):
+            if not name.apposed or phrase.aside or not any(t.number for t in name.parts):
+                continue
+            vague = resolve_objects(phrase.parts, self.scene, self.talk())
+            ids = self.quiet(name)
+            if isinstance(vague, Fault) and vague.code == "E304" and ids and set(ids) <= set(vague.candidates):
+                gone.append(phrase)
+        return tuple(p for p in targets if p not in gone)
+
+    def either(self, phrase: Phrase) -> None:
+        """E304 where a phrase is told as one of several ("object 1 or object 2"): which one is not ours to say."""
+        inside = any(t.text == "or" for t in phrase.parts)
+        if not inside and phrase.preposition != "or":
+            return
+        words = phrase.extent.cut(self.now.text)
+        self.complain("E304", f"`{words}` or another?", phrase.extent, "which?", "say which one")
+        raise Stop
+
     def objects(
         self,
         clause: Clause,
@@ -321,7 +345,8 @@ class Grounding:
             raise Stop
         at_ids = self.from_where(group, locations)
         found: list[Found] = []
-        for phrase in group.targets:
+        for phrase in self.told_once(group.targets):
+            self.either(phrase)
             one = self.one_target(phrase, at_ids, picking, found)
             found.append(one)
         ids = tuple(dict.fromkeys(i for f in found for i in f.ids))
@@ -339,6 +364,7 @@ class Grounding:
 
     def where_to(self, phrase: Phrase, container: Phrase | None = None) -> Found:
         """The places of a destination; what follows it ("on shelf level 1") has to agree."""
+        self.either(phrase)
         if phrase.relation:
             self.relation(phrase)
         parts = phrase.parts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -36,8 +37,8 @@ class Entry:
 class Ledger:
     """Standing goals, things in the hand and the last way gone, step by step.
 
-    `where` follows the objects through the steps. A later move of an object replaces its earlier one; `moves` keeps
-    them all.
+    `where` follows the objects through the steps. A later move of an object replaces its earlier one; `moved` counts
+    how often that happened to each, `moves` keeps them all.
     """
 
     where: dict[str, str | None]
@@ -47,6 +48,7 @@ class Ledger:
     carried: str | None = None
     touched: set[str] = field(default_factory=set)
     acts: int = 0
+    moved: Counter[str] = field(default_factory=Counter)
     notes: list[Note] = field(default_factory=list)
     moves: list[Entry] = field(default_factory=list)
 
@@ -54,7 +56,7 @@ class Ledger:
         """A second ledger that goes on from here by itself."""
         return replace(
             self, where=dict(self.where), goals=list(self.goals), pending=dict(self.pending),
-            touched=set(self.touched), notes=list(self.notes), moves=list(self.moves),
+            touched=set(self.touched), notes=list(self.notes), moved=Counter(self.moved), moves=list(self.moves),
         )  # fmt: skip
 
     def standing(self) -> tuple[frozenset[Condition], frozenset[str], Condition | None, str | None]:
@@ -79,6 +81,7 @@ class Ledger:
 
     def _moved_again(self, old: Entry, step: LabelledStep, inner: bool) -> None:
         self.goals.remove(old)
+        self.moved[str(old.target)] += not inner
         if not inner:
             text = f"{old.target} is moved again in step {step.number}: {old.condition} is no goal"
             self.notes.append(Note(old.step.number, NoteKind.MOVED_AGAIN, text, old.extent))
@@ -116,6 +119,12 @@ class Ledger:
             if place == entry.place:
                 self.where[target] = None
         self.near = None
+        if all(e.condition != entry.condition for e in self.goals):
+            self.goals.append(entry)
+
+    def add(self, entry: Entry) -> None:
+        """Something becomes so, and stays so wherever things go."""
+        self.acts += 1
         if all(e.condition != entry.condition for e in self.goals):
             self.goals.append(entry)
 

@@ -150,7 +150,13 @@ class _Reader:
             self.token(i, t)
         extent = Extent(self.parts[0].start, self.parts[-1].end)
         d = Description(extent, tuple(self.words), tuple(self.numbers), tuple(self.ranges))
-        return replace(d, head=self.noun, **self.flags)  # type: ignore[arg-type]
+        d = replace(d, head=self.noun, **self.flags)  # type: ignore[arg-type]
+        texts = [t.text for t in self.parts]
+        if d.size and texts[texts.index(d.size) + 1 : texts.index(d.size) + 2] == [
+            "of"
+        ]:  # "the bigger of the two balls"
+            d = replace(d, count=None, plural=False, both=False)
+        return d
 
     def token(self, i: int, t: Token) -> None:
         if t.text in {"#", "№"}:
@@ -270,7 +276,8 @@ class _Reader:
     def content(self, t: Token) -> None:
         word = self.scene.word(t, self.movable)
         lex = lexicon()
-        if not word.text and self.movable and self.words and lex.is_(next(singulars(t.text)), "vessels"):
+        named = self.words and self.words[-1].text not in self.scene.colours
+        if not word.text and self.movable and named and lex.is_(next(singulars(t.text)), "vessels"):
             return  # "coke can", where the map knows no can
         if (
             not word.text

@@ -41,6 +41,9 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
     parts = (*(t for t in parts[:-1] if not (t.owner and lexicon().is_(t.text, "users"))), parts[-1])
     extent = Extent(parts[0].start, parts[-1].end)
     head, inner = split_place(parts, "on", "in", "at", "of", "inside", "within", "from")
+    inner = inner or _side_by_side(parts, scene)
+    if inner and len(inner) + len(head) > len(parts):
+        head = parts[len(inner) :] if parts[: len(inner)] == inner else parts[: -len(inner)]
     if inner and not _quantifier_only(head):
         return _nested(head, inner, scene, talk)
     groups = conjuncts(parts)
@@ -54,6 +57,17 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
             return one
         found.append(one)
     return joined(found)
+
+
+def _side_by_side(parts: Sequence[Token], scene: Scene) -> tuple[Token, ...]:
+    """The container of "level 3 position 4" or "slot 2 rack B", two names with nothing between them; empty for none."""
+    for i in range(2, len(parts) - 1):
+        left, right = tuple(parts[:i]), tuple(parts[i:])
+        for outer in (left, right):
+            known = exactly_named(outer, scene.places)
+            if len(known) == 1 and scene.map.inside(known[0].id) and left[-1].number and right[-1].number:
+                return outer
+    return ()
 
 
 def _quantifier_only(parts: Sequence[Token]) -> bool:

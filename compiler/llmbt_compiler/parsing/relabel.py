@@ -31,7 +31,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     told = _listed(step, scene) or _told_as_placing(step)
     if told is not step:
         return told
-    return _whole_names(_nouns_for_verbs(step, scene), scene)
+    return _whole_names(_nouns_for_verbs(step, scene), scene) if scene.snap else step
 
 
 # --- calls ----------------------------------------------------------------------------------------------------------

@@ -106,10 +106,11 @@ def _place(p: MapPlace, library: Library) -> Entity:
 
 @dataclass(frozen=True)
 class Scene:
-    """A map and a library, indexed for resolving names."""
+    """A map and a library, indexed for resolving names; without `snap` only as they are spelled."""
 
     map: SemanticMap
     library: Library
+    snap: bool = True
 
     @cached_property
     def objects(self) -> tuple[Entity, ...]:
@@ -191,6 +192,8 @@ class Scene:
         for i, form in enumerate(singulars(token.text)):
             if self.understood(form, movable):
                 return Word(token, form, plural=i > 0)
+        if not self.snap:
+            return Word(token, "")
         own = self.vocabulary(movable) | self.generic(movable)
         plural = token.text.endswith("s")
         for form in singulars(token.text):

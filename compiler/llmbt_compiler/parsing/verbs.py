@@ -23,6 +23,7 @@ class Shape(StrEnum):
     PLACE = "place"
     FREE = "free"
     TRAVEL = "travel"
+    CHANGE = "change"
     OTHER = "other"
 
 
@@ -45,8 +46,8 @@ class Verb:
 
 
 def shape_of(template: Template, library: Library) -> Shape:
-    """TRAVEL has no target; PLACE brings its target to a destination, FREE puts it aside; PICK takes a
-    target.
+    """TRAVEL has no target; PLACE brings its target to a destination, FREE puts it aside; PICK takes a target into the
+    hand, which is what a PLACE needs of it; CHANGE does something else to it.
     """
     target = template.param(Role.TARGET)
     destination, location = template.param(Role.DESTINATION), template.param(Role.LOCATION)
@@ -58,7 +59,21 @@ def shape_of(template: Template, library: Library) -> Shape:
     about = [p for p in goals if target.name in p.params()]
     if any(len(p.params()) > 1 for p in about):
         return Shape.FREE
-    return Shape.PICK if about else Shape.OTHER
+    if not about:
+        return Shape.OTHER
+    held = _held(library)
+    return Shape.PICK if not held or any(p.name in held for p in about) else Shape.CHANGE
+
+
+def _held(library: Library) -> frozenset[str]:
+    """The conditions that templates which bring a target somewhere need of it alone: that it is in the hand."""
+    return frozenset(
+        p.name
+        for t in library.templates.values()
+        if (target := t.param(Role.TARGET)) is not None and t.param(Role.DESTINATION) is not None
+        for p in (*t.start, *t.hold)
+        if p.params() == (target.name,) and not p.negated and library.conditions[p.name].goal
+    )
 
 
 def travel_template(library: Library) -> Template | None:

@@ -7,28 +7,25 @@ far in a `Ledger`, and gives every complaint at once.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_atl.template import Template
-from llmbt_compiler.parsing.acts import Acting
 from llmbt_compiler.parsing.beside import mentioned, unread
-from llmbt_compiler.parsing.clauses import Clause, Group, Phrase, clauses, extents
-from llmbt_compiler.parsing.ground import Open, Stop
+from llmbt_compiler.parsing.clauses import clauses, extents
+from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.orders import Ordering
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space import arrangement, certainty, related
-from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
-from llmbt_compiler.parsing.weigh import Trial, weigh
-from llmbt_compiler.parsing.words import lexicon, tokens
+from llmbt_compiler.parsing.weigh import Trial, shares, weigh
+from llmbt_compiler.parsing.words import tokens
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Severity, nearest
 from llmbt_ir.semantic_map import SemanticMap
@@ -37,7 +34,8 @@ __all__ = ["THRESHOLD", "parse"]
 
 THRESHOLD = 0.5
 """Steps that the tagger is less sure of become diagnostics."""
-_STAYS = re.compile(r"\W*(?:where (?:it|they)|alone|untouched|unchanged|as (?:it|they)|in place)\b", re.IGNORECASE)
+_OFTEN = 3
+"""An object that is moved again so often is told of."""
 _MOST = 500
 _LONGEST = 10_000
 
@@ -50,14 +48,16 @@ def parse(
     threshold: float = THRESHOLD,
     partial: bool = False,
     source: str = "steps.json",
+    snap: bool = True,
 ) -> ParseResult:
     """Goals from labelled steps, in the order of the steps; every complaint at once.
 
-    `partial`: a step below the threshold is left out with a warning instead of an error. Diagnostics
-    E301-E312 and W320-W322 (docs/parsing.md), their spans with the step's number as the line and columns
-    counted from 1.
+    `partial`: a step below the threshold is left out with a warning instead of an error. `snap`: keywords are brought
+    to the names of the map (slips of the pen, names that a keyword cuts, of several readings the one that the map bears
+    out); without it they are taken as the tagger gives them. Diagnostics E301-E314 and W320-W322 (docs/parsing.md),
+    their spans with the step's number as the line and columns counted from 1.
     """
-    walker = _Walker(Scene(semantic_map, library), source, threshold=threshold, partial=partial)
+    walker = _Walker(Scene(semantic_map, library, snap), source, threshold=threshold, partial=partial)
     listed = tuple(steps)
     walker.named = walker.destinations(listed)
     for step in listed:
@@ -66,8 +66,8 @@ def parse(
 
 
 @dataclass
-class _Walker(Acting):
-    """Goes through the steps; decides by the verb what a clause is."""
+class _Walker(Ordering):
+    """Goes through the steps; of several readings of one it takes what the map bears out."""
 
     threshold: float = THRESHOLD
     partial: bool = False
@@ -87,7 +87,7 @@ class _Walker(Acting):
 
     def after(self, step: LabelledStep) -> _Walker:
         """The walker after a step: of the ways to read it, the one that the probabilities and the map bear out."""
-        if len(step.readings) < 2 or len(step.text) > _LONGEST:
+        if len(step.readings) < 2 or len(step.text) > _LONGEST or not self.scene.snap:
             self.step(step)
             return self
         trials: list[Trial[_Walker]] = []
@@ -100,7 +100,7 @@ class _Walker(Acting):
         chosen = weigh(trials, self.ledger.standing(), self.threshold)
         if chosen is None:
             self.now = step
-            self.unsure(step)
+            self.unsure(step, trials)
             return self
         if chosen is not trials[0]:
             chosen.value.note(NoteKind.CORRECTED, "the step is read as the map has it", Extent(0, len(step.text)))
@@ -153,244 +153,38 @@ class _Walker(Acting):
             isinstance(resolve_places(p, self.scene, quiet), Found) for p in pairs
         )
 
-    def unsure(self, step: LabelledStep) -> None:
-        """E306: the words and what they may be."""
+    def newly(self, other: _Walker) -> str:
+        """The goals that another walker has and this one has not."""
+        known = {e.condition for e in self.ledger.goals}
+        return ", ".join(str(e.condition) for e in other.ledger.goals if e.condition not in known) or "nothing"
+
+    def unsure(self, step: LabelledStep, trials: Sequence[Trial[_Walker]] = ()) -> None:
+        """E306: the words, and what they may come to."""
+        if not step.spans:
+            self.complain("E306", f"step {step.number} is not understood", Extent(0, len(step.text)), "do what?")
+            return
         worst = min(step.spans, key=lambda s: s.confidence)
         names = [e.id for e in (*self.scene.objects, *self.scene.places)]
         vocabulary = self.scene.library.verbs if worst.label == "Action" else names
         near = nearest(worst.text[:60], vocabulary)
         read = "; ".join(f"{s.label}: {s.text[:60]}" for s in step.spans[:8])
+        label = f"{certainty(step):.2f} is below {self.threshold:.2f}; read as {read}"
+        if trials:
+            shared = shares(trials, self.newly)
+            read = "; ".join(f"{words} ({p:.2f})" for words, p in shared[:3])
+            label = f"{shared[0][1]:.2f} is not enough; read as {read}"
         hint = f"nearest: {', '.join(near)}; " if near else ""
         self.complain(
             "E306",
             f"step {step.number} is not understood with enough certainty",
             Extent(worst.start, worst.end),
-            f"{certainty(step):.2f} is below {self.threshold:.2f}; read as {read}",
+            label,
             hint + ("the step is left out" if self.partial else "say it in simpler words"),
             candidates=near,
             severity=Severity.WARNING if self.partial else Severity.ERROR,
         )
         self.lost = True
         self.targets = ((), -9)
-
-    def clause(self, clause: Clause) -> None:
-        robot = [p for p in clause.phrases if self.of_robot(p)]
-        things = Group(*(tuple(p for p in ps if p not in robot) for ps in _sides(clause)))
-        if not clause.action:
-            self.ellipsis(clause, things)
-            return
-        verb = self.verb(clause)
-        if clause.negated:
-            self.left_out(clause, "says what not to do")
-            return
-        if clause.heading:
-            self.mention(things)
-            self.left_out(clause, "tells beforehand what follows")
-            return
-        if self.idiom(clause):
-            self.left_out(clause, "changes no goal")
-            return
-        if clause.conditional:
-            self.contingency(clause, verb)
-            return
-        if (verb.is_("again") and not verb.templates and any(p.about("talk") for p in clause.phrases)) or (
-            verb.is_("again") and not verb.templates
-        ):
-            self.again(clause, things)
-        elif verb.is_("closing") and not self.held(things, verb):
-            self.close(clause, things)
-        elif verb.is_("opening") and (robot or not things.targets or not verb.templates or _release(verb)):
-            self.open(clause, verb, things, bool(robot))
-        elif any(p.kind == "Target" for p in robot) and not things.targets:
-            self.moves(clause, things)
-        elif verb.is_("exchange"):
-            self.exchange(clause, things)
-        elif verb.is_("leaving") and not things.destinations and self.stays(things):
-            self.left_out(clause, "changes no goal")
-        elif verb.templates:
-            self.act(clause, verb, things)
-        else:
-            self.without_template(clause, verb, things)
-
-    def idiom(self, clause: Clause) -> bool:
-        """ "Take a look", "have a break": the noun tells what is done."""
-        after = [t.text for t in tokens(self.now.text, clause.extent.end)][:3]
-        return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 2 if after[0] in {"a", "an"} else 1])
-
-    def stays(self, things: Group) -> bool:
-        """ "Leave object 6 where it is"."""
-        return any(_STAYS.match(self.now.text, p.extent.end) for p in things.targets)
-
-    def verb(self, clause: Clause) -> Verb:
-        words = [t.text for t in tokens(clause.action) if t.word]
-        head = words[0] if words else clause.action.strip()[:40].casefold() or "?"
-        rest = tuple(words[1:])
-        if head == "re" and rest:
-            head, rest = rest[0], rest[1:]
-        verb = read_verb(head, (*rest, *clause.particles), self.scene.library)
-        if verb.corrected:
-            self.note(NoteKind.CORRECTED, f"`{head}` is read as `{verb.lemma}`", clause.extent)
-        return verb
-
-    def contingency(self, clause: Clause, verb: Verb) -> None:
-        """ "If it falls, pick it up": the tree does so by itself; a condition of another kind is told."""
-        self.left_out(clause, "depends on a condition; a goal holds or is brought about, whatever happens")
-        if any(shape_of(t, self.scene.library) in {Shape.PLACE, Shape.FREE} for t in verb.templates):
-            self.complain(
-                "W321", "a conditional step is left out", clause.extent, "", "say it without `if`",
-                severity=Severity.WARNING,
-            )  # fmt: skip
-
-    def ellipsis(self, clause: Clause, things: Group) -> None:
-        """A step without an action: as the step before, if that put something somewhere."""
-        templates = self.last or tuple(sorted(self.placing(), key=lambda t: "_" in t.name))
-        if things.targets and not things.destinations and self.likewise():
-            self.again(clause, things)
-            return
-        if things.targets and things.destinations and templates:
-            self.note(NoteKind.INFERRED, f"no action is named: read as `{templates[0].name}`", clause.extent)
-            self.act(clause, Verb("", templates[0].name, templates), things)
-            return
-        self.complain("E305", "no action is named", clause.extent, "do what?", "begin the step with a verb")
-
-    def likewise(self) -> bool:
-        """Whether a step without an action says that it is as the one before ("same for object 2", "object 2 too")."""
-        return any(lexicon().is_(t.text, "likewise", "same") for t in tokens(self.now.text))
-
-    def without_template(self, clause: Clause, verb: Verb, things: Group) -> None:
-        if (verb.is_("idle") and not verb.is_("motion")) or (
-            verb.is_("hand") and things.targets and self.quiet(things.targets[0])
-        ):
-            self.mention(things)
-            self.left_out(clause, "changes no goal")
-        elif verb.is_("motion") and not things.targets:
-            self.moves(clause, things)
-        elif verb.is_("reaching") and all(self.quiet(p) for p in things.targets):
-            self.mention(things)
-            self.left_out(clause, "changes no goal")
-        else:
-            self.unknown_action(clause, verb)
-
-    def close(self, clause: Clause, things: Group) -> None:
-        """Closing the gripper picks up what it is closed around, or what was approached just before."""
-        around = [i for p in things.phrases for i in self.quiet(p)]
-        if not around and not self.ledger.pending and self.approached is not None:
-            around = [self.approached]
-        pick = next((t for t in self.scene.library.templates.values() if self.shape(t) is Shape.PICK), None)
-        if any(p.kind == "Target" for p in things.targets) and not around:
-            self.unknown_action(clause, read_verb("close", (), self.scene.library))
-            return
-        if pick is not None and len(around) == 1 and around[0] not in self.ledger.pending:
-            self.take(clause, pick, around, weak=True)
-        self.left_out(clause, "changes no goal")
-
-    def open(self, clause: Clause, verb: Verb, things: Group, gripper: bool) -> None:
-        """Opening the gripper puts down what it holds where it was taken to."""
-        if things.targets and not gripper and not _release(verb):
-            self.unknown_action(clause, verb)
-            return
-        pending = tuple(self.ledger.pending)
-        placing = self.placing()
-        known = pending or (not gripper and bool(things.targets) and all(self.quiet(p) for p in things.targets))
-        if known and things.destinations and placing:
-            self.act(clause, Verb("", placing[0].name, placing), things)
-            return
-        if pending and self.ledger.carried is not None and placing:
-            self.note(NoteKind.INFERRED, f"{', '.join(pending)} is let go at {self.ledger.carried}", clause.extent)
-            self.put(clause, placing, pending, (self.ledger.carried,))
-            return
-        if pending and not all(e.weak for e in self.ledger.pending.values()):
-            self.complain(
-                "E305", f"{', '.join(pending)} is let go, but where?", clause.extent, "no place is named",
-                "name the place where it is to be put",
-            )  # fmt: skip
-            for i in pending:
-                self.ledger.pending.pop(i)
-            return
-        self.left_out(clause, "changes no goal")
-
-    def again(self, clause: Clause, things: Group) -> None:
-        """ "Do the same for objects 2 and 4": as before, if the place before holds more than one thing."""
-        targets = [p for p in things.phrases if not p.about("talk")]
-        to = tuple(p for p in targets if not self.quiet(p) and self.places_of(p))
-        if to and self.last and len(to) < len(targets):  # "repeat it for object 2 on position 12"
-            things = Group(tuple(p for p in targets if p not in to), to)
-            self.note(NoteKind.INFERRED, f"as before: read as `{self.last[0].name}`", clause.extent)
-            self.bring(clause, self.last, things, ())
-            return
-        ids = tuple(dict.fromkeys(i for p in targets for i in self.quiet(p)))
-        fresh = tuple(i for i in ids if i not in self.ledger.handled)
-        if not ids and targets and not targets[0].about("rest"):
-            self.find(targets[0])
-        if not fresh:
-            self.left_out(clause, "changes no goal")
-            return
-        if self.container is None or not self.last:
-            self.complain(
-                "E305", f"the same for {', '.join(fresh)}, but where?", clause.extent, "no place is named",
-                "name the place of each",
-            )  # fmt: skip
-            return
-        self.note(NoteKind.INFERRED, f"{', '.join(fresh)}: also to {self.container}", clause.extent)
-        self.put(clause, self.last, fresh, (self.container,))
-
-    def act(self, clause: Clause, verb: Verb, things: Group) -> None:
-        """A verb with a template: each group of its phrases fills one condition or more."""
-        templates = verb.templates
-        lowered = verb.is_("hand") and things.destinations and self.ledger.pending
-        if not things.targets and verb.is_("motion") and not self.travels(templates) and not lowered:
-            self.moves(clause, things)
-            return
-        if verb.is_("hand"):
-            real = tuple(p for p in things.destinations if not p.relation and self.places_of(p))
-            if self.in_hand(things) and not real:
-                self.mention(things)
-                self.left_out(clause, "changes no goal")
-                return
-            things = replace(things, destinations=real)
-        groups = clause.groups or (Group(),)
-        for group in groups:
-            kept = Group(*(tuple(p for p in ps if p in things.phrases and not p.excluded) for ps in _of(group)))
-            excluded = tuple(p for p in group.targets if p.excluded)
-            if len(groups) > 1 and not kept.phrases:
-                continue
-            try:
-                self.group(clause, templates, kept, excluded)
-            except Open:
-                continue
-            except Stop:
-                self.lost = True
-                self.targets = ((), -9)
-
-    def group(
-        self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
-    ) -> None:
-        templates = tuple(t for t in templates if self.shape(t) is not Shape.OTHER) or templates
-        shape = self.shape(templates[0])
-        if shape is Shape.TRAVEL:
-            self.travel_or_carry(clause, templates, group, excluded)
-        elif shape is Shape.PICK:
-            self.pick(clause, templates, group, excluded)
-        elif shape is Shape.FREE:
-            self.clear(clause, templates, group, excluded)
-        elif shape is Shape.PLACE:
-            self.bring(clause, templates, group, excluded)
-        else:
-            self.unknown_action(clause, Verb(clause.action, clause.action))
-
-    def travel_or_carry(
-        self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
-    ) -> None:
-        """ "Move the milk to the bar" where "move" is the robot's own verb: the target makes it a placing."""
-        if not group.targets:
-            self.travel(clause, templates[0], group)
-        elif group.destinations and self.placing():
-            self.bring(clause, self.placing(), group, excluded)
-        elif self.quiet(group.targets[0]) and not group.destinations:
-            self.mention(group)
-            self.left_out(clause, "changes no goal")
-        else:
-            self.travel(clause, templates[0], Group((), group.targets))
 
     def result(self) -> ParseResult:
         for entry in self.ledger.settle():
@@ -403,6 +197,13 @@ class _Walker(Acting):
                 candidates=(self.ledger.carried,) if self.ledger.carried else (),
                 step=entry.step,
             )
+        for entry in self.ledger.goals:
+            times = self.ledger.moved[str(entry.target)]
+            if times >= _OFTEN:
+                self.complain(
+                    "W322", f"{entry.target} is moved {times + 1} times", entry.extent, "only the last place stands",
+                    "is that what is meant?", severity=Severity.WARNING, step=entry.step,
+                )  # fmt: skip
         seen: dict[Condition, Entry] = {}
         for entry in self.ledger.goals:
             seen.setdefault(entry.condition, entry)
@@ -418,20 +219,3 @@ class _Walker(Acting):
             if e.target is not None and e.place is not None
         )
         return ParseResult(goals, tuple(sorted(notes, key=lambda n: n.step_number)), tuple(self.diagnostics), moves)
-
-
-def _sides(clause: Clause) -> tuple[tuple[Phrase, ...], tuple[Phrase, ...], tuple[Phrase, ...]]:
-    return (
-        tuple(p for g in clause.groups for p in g.targets),
-        tuple(p for g in clause.groups for p in g.destinations),
-        tuple(p for g in clause.groups for p in g.locations),
-    )
-
-
-def _of(group: Group) -> tuple[tuple[Phrase, ...], tuple[Phrase, ...], tuple[Phrase, ...]]:
-    return group.targets, group.destinations, group.locations
-
-
-def _release(verb: Verb) -> bool:
-    """Whether a verb lets go of its target, as the library has it or by its name."""
-    return verb.lemma in {"release", "let_go", "ungrasp", "unclamp"}

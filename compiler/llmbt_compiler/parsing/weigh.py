@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-__all__ = ["Trial", "weigh"]
+__all__ = ["Trial", "shares", "weigh"]
 
 V = TypeVar("V")
 
 _RIVAL = 0.3
 """A reading that comes to something else may be at most this probable beside the one that is taken."""
+_LEAST = 0.35
+"""However little else makes sense, what is taken has to be at least this probable."""
 _RESCUE = 0.2
 """Where the likeliest reading makes no sense on the map, one that does has to be at least this probable."""
 
@@ -27,11 +29,21 @@ class Trial(Generic[V]):
     outcome: Hashable
 
 
+def shares(trials: Sequence[Trial[V]], words: Callable[[V], str]) -> list[tuple[str, float]]:
+    """What the readings come to, in words, with the probabilities of those that say the same together; most first."""
+    found: dict[str, float] = {}
+    for t in trials:
+        told = words(t.value) if t.clean else "what the map does not bear out"
+        found[told] = found.get(told, 0.0) + t.probability
+    return sorted(found.items(), key=lambda item: -item[1])
+
+
 def weigh(trials: Sequence[Trial[V]], before: Hashable, threshold: float) -> Trial[V] | None:
     """The trial to go on with, likeliest first among those of one outcome; None where none is sure enough.
 
-    Readings that come to the same count together. One with complaints is taken, complaints and all, only where no other
-    way to read the step makes sense on the map; one that changes nothing (`before`) never makes up for one that does.
+    Readings that come to the same count together, and their share is that of the readings that make sense on the map.
+    One with complaints is taken, complaints and all, only where no other does; one that changes nothing (`before`)
+    never makes up for one that does.
     """
     mass: dict[Hashable, float] = {}
     for t in trials:
@@ -45,7 +57,8 @@ def weigh(trials: Sequence[Trial[V]], before: Hashable, threshold: float) -> Tri
     rival = ranked[1][1] if len(ranked) > 1 else 0.0
     share = ranked[0][1]
     if top.clean:
-        return first if share >= threshold and rival <= _RIVAL else None
+        sure = share >= threshold * sum(mass.values()) and share >= min(threshold, _LEAST)
+        return first if sure and rival <= _RIVAL else None
     if first.outcome == before:
         return top
     return first if share >= _RESCUE and rival <= _RIVAL * share else top

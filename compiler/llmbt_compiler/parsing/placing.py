@@ -1,0 +1,360 @@
+"""A thing comes to a place: what is put, where it is to go, and the goal that makes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, field, replace
+from itertools import takewhile
+from typing import Self
+
+from llmbt_atl.library import Library
+from llmbt_atl.template import Pattern, Role, Template
+from llmbt_compiler.keywords.labels import Kind
+from llmbt_compiler.parsing.beside import in_passing, mentions
+from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
+from llmbt_compiler.parsing.ground import Grounding, Open, Stop
+from llmbt_compiler.parsing.ledger import Entry
+from llmbt_compiler.parsing.model import Extent, Note, NoteKind
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, exactly_named
+from llmbt_compiler.parsing.places import resolve_places
+from llmbt_compiler.parsing.scene import natural
+from llmbt_compiler.parsing.verbs import Shape
+from llmbt_compiler.parsing.words import lexicon, tokens
+from llmbt_ir.diagnostics import Diagnostic
+
+__all__ = ["Placing", "extent_of", "goal_pattern"]
+
+
+_SIDE = frozenset({"the", "far", "very", "left", "right", "front", "back", "side", "end", "hand", "most"})
+
+
+@dataclass
+class Placing(Grounding):
+    """`named` are places that some step names; `last` and `container` are what "the same" repeats; `wanting` are the
+    complaints about things without a place, which a later step may still name; `begin` is where a row of places begins.
+    """
+
+    named: frozenset[str] = frozenset()
+    last: tuple[Template, ...] = ()
+    container: str | None = None
+    wanting: dict[tuple[str, ...], Diagnostic] = field(default_factory=dict)
+    begin: str | None = None
+    following: bool = False  # another group of the same clause came before
+
+    def fork(self) -> Self:
+        """A second one that goes on from here by itself."""
+        other = copy(self)
+        other.notes, other.diagnostics, other.used = list(self.notes), list(self.diagnostics), list(self.used)
+        other.ledger, other.wanting = self.ledger.fork(), dict(self.wanting)
+        return other
+
+    def fit(self, id_: str, type_: str, extent: Extent) -> None:
+        entity, library = self.scene[id_], self.scene.library
+        if entity.type in library.types and not self.scene.is_a(id_, type_):
+            self.complain("E311", f"{id_} is a {entity.type}, not a {type_}", extent, "the library wants another kind")
+            raise Stop
+
+    def bring(
+        self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
+    ) -> None:
+        """On: the target, or what is in the hand, comes to the destination."""
+        lex = lexicon()
+        targets, destinations, locations = group.targets, list(group.destinations), list(group.locations)
+        for p in [p for p in destinations if lex.is_(p.preposition, "from")]:
+            destinations.remove(p)
+            locations.append(p)
+        placed_on = [p for p in locations if lex.is_(p.preposition, "at", "onto") and not p.relation]
+        if not destinations and placed_on and not self.all_there(targets, placed_on[-1]):
+            destinations.append(placed_on[-1])
+            locations.remove(placed_on[-1])
+        missed = self.missed(clause)
+        if missed is not None and not destinations:
+            destinations = [missed]
+        elif missed is not None and lex.is_(missed.preposition, "onto") and self.all_there(targets, destinations[-1]):
+            locations, destinations = [*locations, *destinations], [missed]  # "the crates on rack A to the pallet"
+        container = self.outer(destinations, locations)
+        ids, words = self.brought(clause, replace(group, locations=tuple(locations)), excluded)
+        extent = extent_of(clause, group)
+        self.begin = self.beginning(clause)
+        places = self.aims(clause, templates, destinations, ids, container)
+        self.put(clause, templates, ids, places, extent)
+        self.described = words or self.described
+        self.last = tuple(t for t in templates if self.shape(t) is Shape.PLACE)
+
+    def missed(self, clause: Clause) -> Phrase | None:
+        """A place behind the clause's target that the tagger left unlabelled, told by a preposition and its name."""
+        targets = [p.extent.end for p in clause.phrases if p.kind is Kind.TARGET]
+        start = max(targets, default=clause.extent.end)
+        actions = (s.start for s in self.now.spans if s.label is Kind.ACTION and s.start > start)
+        parts = tokens(self.now.text, start, min(actions, default=len(self.now.text)))
+        found: list[Phrase] = []
+        for first, last in mentions(parts, self.scene):
+            name = tuple(t for t in parts if first.start <= t.start <= last.start)
+            lead = [t for t in parts if t.end <= first.start and not lexicon().is_(t.text, "articles")]
+            known = any(u.start < last.end and first.start < u.end for u in self.used)
+            if (
+                known
+                or not lead
+                or not lexicon().is_(lead[-1].text, "onto", "at")
+                or in_passing(parts, first, self.now, self.used, narrowing=False)
+            ):
+                continue
+            if len(exactly_named(name, self.scene.places)) == 1:
+                found.append(Phrase(Kind.DESTINATION, name, Extent(first.start, last.end), lead[-1].text))
+        if len(found) != 1:
+            return None
+        self.use(*found[0].parts)
+        return found[0]
+
+    def brought(
+        self, clause: Clause, group: Group, excluded: tuple[Phrase, ...]
+    ) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """What is put: the targets, or what is in the hand."""
+        if group.targets:
+            found = self.objects(clause, group, group.locations, excluded, picking=False)
+            return found.ids, found.words
+        pending = tuple(self.ledger.pending)
+        if pending:
+            self.targets = (pending, self.turn)
+            return pending, ()
+        if self.lost:
+            raise Stop
+        self.complain("E305", "no object is named", clause.extent, "what?", "name the object")
+        raise Stop
+
+    def aims(
+        self,
+        clause: Clause,
+        templates: Sequence[Template],
+        destinations: Sequence[Phrase],
+        ids: tuple[str, ...],
+        container: Phrase | None,
+    ) -> tuple[str, ...]:
+        """The places that the destinations name, or that the verb, the hand or the way gone imply."""
+        if destinations:
+            return tuple(i for p in destinations for i in self.where_to(p, container).ids)
+        if "back" in clause.particles or self.to_origin(clause):
+            return (ORIGIN,)
+        if self.place[0] is not None and self.place[1] == self.turn and self.as_well(clause):
+            return (self.container or self.place[0],)
+        if self.following and self.place[0] is not None and self.place[1] == self.turn:
+            place = self.container or self.place[0]
+            if not self.scene.single(place):  # "the milk to the user, then the cookies"
+                self.note(NoteKind.INFERRED, f"{', '.join(ids)}: also to {place}", clause.extent)
+                return (place,)
+        standing = [self.ledger.of(i) for i in ids]
+        down = not {"aside", "away", "off", "out"}.intersection(clause.particles)
+        if ids and down and all(standing) and not set(ids) & set(self.ledger.pending):  # "carry it to A, set it down"
+            return tuple(str(e.place) for e in standing if e is not None)
+        if self.ledger.carried is not None and set(ids) <= set(self.ledger.pending):
+            place = self.ledger.carried
+            self.note(NoteKind.INFERRED, f"{', '.join(ids)} is put down at {place}", clause.extent)
+            return (place,)
+        for template in templates:
+            slot = template.param(Role.DESTINATION)
+            buffer = self.scene.buffer(slot.type) if slot is not None else None
+            if (
+                slot is not None
+                and buffer is not None
+                and all(p.buffer for p in self.scene.map.places if self.scene.is_a(p.id, slot.type))
+            ):
+                self.note(NoteKind.CHOSEN, f"no place is named: {buffer}", clause.extent)
+                return (buffer,)
+            if self.shape(template) is Shape.PLACE and "_" in template.name:
+                continue
+            break
+        self.complain(
+            "E305", f"where is {', '.join(ids[:6])} to go?", clause.extent, "no place is named",
+            "name the place",
+        )  # fmt: skip
+        self.wanting[ids] = self.diagnostics[-1]
+        raise Open
+
+    def to_origin(self, clause: Clause) -> bool:
+        """Whether "to its original position" follows the clause's last keyword unlabelled."""
+        end = max((p.extent.end for p in clause.phrases), default=clause.extent.end)
+        after = tokens(self.now.text, end)[:5]
+        texts = [t.text for t in after]
+        return texts[:1] == ["to"] and any(lexicon().is_(t, "back_to") for t in texts)
+
+    def beginning(self, clause: Clause) -> str | None:
+        """ "Starting at position 12": where a row of places begins. In an order, "starting on the left" is
+        of the order (space/orders); other words that name no place are E314."""
+        end = max((p.extent.end for p in clause.phrases), default=clause.extent.end)
+        after = tokens(self.now.text, clause.extent.start)
+        at = next((i for i, t in enumerate(after[:-1]) if t.text in {"starting", "beginning"}), None)
+        if at is None or not lexicon().is_(after[at + 1].text, "from", "at", "inner") or after[at].end < end - 40:
+            return None
+        words = tuple(takewhile(lambda t: t.word or t.number is not None, after[at + 2 :]))
+        if self.ordered and {t.text for t in words} <= _SIDE:
+            return None
+        for length in range(min(len(words), 6), 0, -1):
+            found = resolve_places(words[:length], self.scene, self.talk())
+            if isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:
+                self.use(*words[:length])
+                return found.ids[0]
+        extent = Extent(after[at].start, words[-1].end if words else after[at].end)
+        self.complain("E314", f"`{extent.cut(self.now.text)}` names no place", extent, "which place?")
+        raise Stop
+
+    def as_well(self, clause: Clause) -> bool:
+        """Whether "too" or "as well" follows the clause's last target: it goes where the one before went."""
+        end = max((p.extent.end for p in clause.phrases if p.kind == "Target"), default=0)
+        after = [t.text for t in tokens(self.now.text, end)][:2]
+        return bool(after) and (lexicon().is_(after[0], "likewise") or after == ["as", "well"])
+
+    def settled(self, target: str) -> None:
+        """A step that left out where something goes was made good by a later one."""
+        for ids, diagnostic in list(self.wanting.items()):
+            left = tuple(i for i in ids if i != target)
+            if left != ids:
+                del self.wanting[ids]
+                if left:
+                    self.wanting[left] = diagnostic
+                else:
+                    self.diagnostics.remove(diagnostic)
+
+    def put(
+        self,
+        clause: Clause,
+        templates: Sequence[Template],
+        ids: tuple[str, ...],
+        places: tuple[str, ...],
+        extent: Extent | None = None,
+    ) -> None:
+        """Each object to its place: all to one, or in pairs."""
+        extent = extent or clause.extent
+        if len(places) != 1 and len(places) != len(ids):
+            self.complain(
+                "E312", f"{len(ids)} objects and {len(places)} places cannot be paired", extent,
+                f"{', '.join(ids[:6])} | {', '.join(places[:6])}", "name one place for each, or one for all",
+            )  # fmt: skip
+            raise Stop
+        pairs = zip(ids, places if len(places) == len(ids) else places * len(ids), strict=True)
+        for target, place in pairs:
+            self.one(templates, target, place, extent)
+        self.targets = (ids, self.turn)
+
+    def one(self, templates: Sequence[Template], target: str, place: str, extent: Extent) -> None:
+        if place == ORIGIN:
+            start = self.origin.get(target)
+            if start is None:
+                self.complain("E305", f"the map does not say where {target} was", extent, "where?")
+                raise Stop
+            self.note(NoteKind.INFERRED, f"{target} goes back to {start}", extent)
+            place = start
+        template = self.template_for(templates, place)
+        slot, what = template.param(Role.DESTINATION), template.param(Role.TARGET)
+        assert slot is not None
+        assert what is not None
+        self.fit(target, what.type, extent)
+        spot, note = self.spot(target, place, slot.type, extent)
+        pattern = goal_pattern(template, self.scene.library, {what.name, slot.name})
+        assert pattern is not None
+        condition = pattern.bind({what.name: target, slot.name: spot})
+        old = self.ledger.of(target)
+        inner = old is not None and old.container is not None and self.scene.within(spot, old.container)
+        container = place if note is not None and place != ANYWHERE else None
+        entry = Entry(condition, self.now, extent, target=target, place=spot, container=container, note=note)
+        self.ledger.put(entry, inner=inner)
+        self.settled(target)
+        self.container = place if note is not None or not self.scene.single(spot) else None
+        self.place = (container or spot, self.turn)
+
+    def template_for(self, templates: Sequence[Template], place: str) -> Template:
+        """The first template into whose destination a place fits, or has a place that does."""
+        able = [t for t in (*templates, *self.placing()) if self.shape(t) is Shape.PLACE]
+        for template in able:
+            slot = template.param(Role.DESTINATION)
+            if place != ANYWHERE and slot is not None and self.scene.is_a(place, slot.type):
+                return template
+        for template in able:
+            slot = template.param(Role.DESTINATION)
+            if place != ANYWHERE and slot is not None and self.scene.spots(place, slot.type):
+                return template
+        return (
+            next((t for t in able if t not in templates[:1]), able[0])
+            if len(able) > 1 and "_" in able[0].name
+            else able[0]
+        )
+
+    def spot(self, target: str, place: str, type_: str, extent: Extent) -> tuple[str, Note | None]:
+        """The place itself, or the lowest free one within it."""
+        scene, ledger = self.scene, self.ledger
+        if place != ANYWHERE and (scene.is_a(place, type_) or scene[place].type not in scene.library.types):
+            return place, None
+        if place == ANYWHERE:
+            every = (p.id for p in scene.map.places if scene.single(p.id) and scene.is_a(p.id, type_))
+            spots = tuple(sorted(every, key=natural))
+        else:
+            spots = scene.spots(place, type_)
+        name = "the scene" if place == ANYWHERE else place
+        if not spots:
+            self.complain("E302", f"nothing can be put on {name}", extent, f"it has no {type_}")
+            raise Stop
+        here = ledger.where.get(target)
+        if here in spots and here is not None and target not in ledger.pending:
+            return here, Note(self.now.number, NoteKind.CHOSEN, f"{target} is on {name} already: {here}", extent)
+        begin = self.begin if self.begin in spots else spots[0]
+        spots = spots[spots.index(begin) :]
+        free = [s for s in spots if not scene.single(s) or not ledger.taken(s, target)]
+        if not free:
+            self.complain(
+                "E308", f"no free position on {name} for {target}", extent, "all are taken",
+                f"{name} has {', '.join(spots[:8])}",
+            )  # fmt: skip
+            raise Stop
+        best = next((s for s in free if s not in self.named), free[0])
+        text = f"{name}: {target} to {best}, the lowest free position"
+        return best, Note(self.now.number, NoteKind.CHOSEN, text, extent)
+
+    def exchange(self, clause: Clause, things: Group) -> None:
+        """ "Swap object 1 and object 3": each goes where the other stands."""
+        ids: list[str] = []
+        phrases = [_owned(p) for p in sorted(things.phrases, key=lambda p: p.extent.start)]
+        for i, p in enumerate(phrases):
+            after = phrases[i + 1] if i + 1 < len(phrases) else None
+            here = self.quiet_place(after) if after is not None and after.kind == "Location" else None
+            at = self.places_of(p) if not self.quiet(p) else ()
+            on = [o for a in at for o, w in self.ledger.where.items() if w == a]
+            if p.kind == "Location" and i and self.all_there(phrases[i - 1 : i], p):
+                continue
+            talk = replace(self.talk(), targets=(), pending=())
+            found = self.narrowed(p, talk, (here,) if here is not None else (), False)
+            if isinstance(found, Fault) and not on:
+                raise self.fault(found)
+            ids.extend(on if isinstance(found, Fault) else found.ids)
+        ids = list(dict.fromkeys(ids))
+        spots = [self.ledger.where.get(i) for i in ids]
+        if len(ids) != 2 or None in spots or not self.placing():
+            self.complain("E305", "a swap takes two objects that stand on places", clause.extent, "which two?")
+            raise Stop
+        extent = extent_of(clause, things)
+        for target, place in zip(ids, reversed(spots), strict=True):
+            self.one(self.placing(), target, str(place), extent)
+        self.targets, self.lost = (tuple(ids), self.turn), False
+
+
+def _owned(phrase: Phrase) -> Phrase:
+    """ "The positions of object 1" stands for object 1."""
+    texts = [t.text for t in phrase.parts]
+    lex = lexicon()
+    for i, text in enumerate(texts[:-1]):
+        if text == "of" and i and texts[i - 1].removesuffix("s") in lex.places:
+            return replace(phrase, parts=phrase.parts[i + 1 :])
+    return phrase
+
+
+def extent_of(clause: Clause, group: Group) -> Extent:
+    extent = clause.extent
+    for p in group.phrases:
+        extent = extent | p.extent
+    return extent
+
+
+def goal_pattern(template: Template, library: Library, bound: set[str]) -> Pattern | None:
+    """The first goal of a Post that is about exactly what is bound, or about a part of it."""
+    goals = [p for p in template.post if library.conditions[p.name].goal and p.params()]
+    exact = next((p for p in goals if set(p.params()) == bound), None)
+    return exact or next((p for p in goals if set(p.params()) <= bound), None)
