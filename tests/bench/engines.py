@@ -18,10 +18,10 @@ from typing import Any, Protocol
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.tree import Kind, Node, Tree
 from llmbt_ir.tree_xml import read_tree
-from llmbt_runtime.engine.facts import FactBase, change_between
 from llmbt_runtime.engine.incremental import IncrementalEngine
 from llmbt_runtime.engine.naive import NaiveEngine
 from llmbt_runtime.engine.program import Program, program_of_tree
+from llmbt_runtime.facts import FactBase, change_between
 from llmbt_runtime.tick import NodeStatus, tick
 from tests.bench.clock import section
 
