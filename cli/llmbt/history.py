@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -167,13 +167,15 @@ def state_of(record: Mapping[str, Any]) -> Facts:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """One link of the chain from a node to the request: the node, its part, and the version and edit that made it."""
+    """One link of the chain from a node to the request: the node, its part, the version and edit that made it, and
+    those that moved it since."""
 
     node: str
     label: str
     role: str
     version: str = ""
     step: Mapping[str, Any] | None = None
+    moves: tuple[tuple[str, Mapping[str, Any]], ...] = ()
 
 
 def origin(run: Run, node: str) -> tuple[tuple[Link, ...], ...]:
@@ -218,11 +220,20 @@ def _chain(run: Run, stage: Stage, id_: str) -> tuple[Link, ...]:
     found: list[Link] = []
     seen: set[tuple[str, str]] = set()
     here: str | None = id_
+    newest = stage
     while here is not None and (stage.name, here) not in seen:
         seen.add((stage.name, here))
+        moves = _moves(run, newest, here)
         stage, link, here = _link(run, stage, here)
-        found.append(link)
+        found.append(replace(link, moves=moves))
     return tuple(found)
+
+
+def _moves(run: Run, stage: Stage, id_: str) -> tuple[tuple[str, Mapping[str, Any]], ...]:
+    """The edits up to a version that moved a node, or the Fallback that it heads, in their order."""
+    mine = {id_, node_id(id_, "?")}
+    until = run.stages[: run.stages.index(stage) + 1]
+    return tuple((s.name, e) for s in until for e in s.steps if e.get("kind") == "move" and e.get("node") in mine)
 
 
 def _link(run: Run, stage: Stage, id_: str) -> tuple[Stage, Link, str | None]:

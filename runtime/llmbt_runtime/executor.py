@@ -62,7 +62,8 @@ class Updater(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A change of the tree to be kept as a version: what was observed, and the certified tree that follows."""
+    """A change of the tree to be kept as a version: what was observed, and the certified tree that follows. Planner
+    calls and expansions are all since the version before, those that led to no version too."""
 
     tick: int
     time_s: float
@@ -71,6 +72,8 @@ class Change:
     ended: Facts
     facts: Facts
     grown: Grown
+    planner_calls: int = 0
+    expansions: int = 0
 
 
 def execute(
@@ -121,6 +124,7 @@ class _Run:
         self.began: Facts = frozenset()
         self.failures = Failures(settings.attempts)
         self.told_disturbances = self.disagreed = 0
+        self.told_search = 0, 0
 
     # -- the loop -------------------------------------------------------------------------------------------------
 
@@ -273,7 +277,10 @@ class _Run:
         first = not self.view.expects
         began, ended = self.view.began, self.view.ended
         cause = "the goals do not hold yet" if first else self.cause(began, ended)
-        version = self.keep(Change(self.ticks, self.world.time_s, cause, began, ended, facts, found))
+        calls, expansions = self.planner_calls - self.told_search[0], self.expansions - self.told_search[1]
+        self.told_search = self.planner_calls, self.expansions
+        change = Change(self.ticks, self.world.time_s, cause, began, ended, facts, found, calls, expansions)
+        version = self.keep(change)
         self.put(found, version, cause)
         if len(self.tree) > self.settings.max_nodes:
             self.prune(found, facts)
@@ -396,8 +403,8 @@ class _Run:
         log = self.world.disturbances()
         for d in log[self.told_disturbances :]:
             broke = ", ".join(str(c) for c in d.broke)
-            self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""))
+            self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""), d.fired_at_s)
         self.told_disturbances = len(log)
 
-    def say(self, kind: str, text: str, **details: object) -> None:
-        self.tell(Happening(kind, self.world.time_s, text, details))
+    def say(self, kind: str, text: str, at_s: float | None = None, **details: object) -> None:
+        self.tell(Happening(kind, self.world.time_s if at_s is None else at_s, text, details))

@@ -84,7 +84,7 @@ class _Drive:
         log = self.world.disturbances()
         for d in log[self.told_disturbances :]:
             broke = ", ".join(str(c) for c in d.broke)
-            self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""))
+            self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""), d.fired_at_s)
         self.told_disturbances = len(log)
 
     # -- leaves ---------------------------------------------------------------------------------------------------
@@ -165,5 +165,5 @@ class _Drive:
         actions = tuple(self.executed)
         return Result(outcome, reason, goals, actions, 0, self.ticks, 0, 0, self.world.time_s)
 
-    def say(self, kind: str, text: str, **details: object) -> None:
-        self.tell(Happening(kind, self.world.time_s, text, details))
+    def say(self, kind: str, text: str, at_s: float | None = None, **details: object) -> None:
+        self.tell(Happening(kind, self.world.time_s if at_s is None else at_s, text, details))
