@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from llmbt_ir.condition import Facts
 from llmbt_runtime.engine.engine import OneBody
 from llmbt_runtime.engine.incremental import IncrementalEngine
 from llmbt_runtime.engine.naive import NaiveEngine
-from tests.engine.cases import Case, Event, Script, ours, random_case
+from llmbt_runtime.engine.program import Op
+from llmbt_runtime.facts import change_between
+from llmbt_runtime.tick import NodeStatus
+from tests.engine.cases import Case, Event, Script, facts_of, ours, random_case
 from tests.engine.equality import UNIT_MS, TooBusyError, compare, compare_with_the_real_one, without_conditions
 
 
@@ -55,6 +59,30 @@ def test_both_do_what_behaviortree_cpp_does_on_thousands(once: bool) -> None:
 def test_both_do_what_behaviortree_cpp_does_with_timers_on_thousands(once: bool) -> None:
     equal = sum(equal_trees(range(k, k + 300), 2 * UNIT_MS, once=once) for k in (30_000, 31_000))
     assert equal > 550
+
+
+# -- which leaf decided -----------------------------------------------------------------------------------------------
+
+
+def test_the_leaf_that_decided_is_the_last_that_was_ticked() -> None:
+    """Where it is a condition or an action: the oracle is the trace, which costs what the leaves cost."""
+    seen = 0
+    for seed in range(400):
+        case = random_case(seed, unit_ms=UNIT_MS)
+        script = Script(case.program, case.names, case.answers)
+        engine = IncrementalEngine(case.program, script)
+        engine.trace = trace = []
+        before: Facts = frozenset()
+        for k, names in enumerate(case.facts):
+            trace.clear()
+            change, before = change_between(before, facts_of(names)), facts_of(names)
+            if engine.tick(change, k * UNIT_MS) is NodeStatus.RUNNING:
+                continue
+            leaf = engine.last_leaf()
+            if case.program.nodes[leaf].op in (Op.CONDITION, Op.ACTION):
+                assert trace[-1][0] == leaf, seed
+                seen += 1
+    assert seen > 300
 
 
 # -- one body --------------------------------------------------------------------------------------------------------
