@@ -14,6 +14,7 @@ from itertools import pairwise
 from llmbt_atl.library import Library
 from llmbt_compiler.parsing.beside import mentioned, unread
 from llmbt_compiler.parsing.clauses import clauses, extents
+from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
@@ -86,6 +87,21 @@ class _Walker(Ordering):
         return frozenset(out)
 
     def after(self, step: LabelledStep) -> _Walker:
+        """The walker after a step. Where it is not understood, what it adds to a name that is clear without it is
+        passed over, unless that names something else."""
+        extent = explanation(step, self.scene) if len(step.text) <= _LONGEST and "," in step.text else None
+        if extent is None:
+            return self.read(step)
+        before, whole, plain = self.errors(), self.fork().read(step), self.fork()
+        if whole.errors() <= before or any(d.code == "E307" for d in whole.diagnostics[len(self.diagnostics) :]):
+            return whole
+        plain = plain.read(without(step, extent))
+        if plain.errors() > before:
+            return whole
+        plain.note(NoteKind.LEFT_OUT, f"`{extent.cut(step.text).strip(' ,')}` only explains", extent)
+        return plain
+
+    def read(self, step: LabelledStep) -> _Walker:
         """The walker after a step: of the ways to read it, the one that the probabilities and the map bear out."""
         if len(step.readings) < 2 or len(step.text) > _LONGEST or not self.scene.snap:
             self.step(step)
