@@ -41,7 +41,7 @@ def request_lines(run: Run) -> Iterator[str]:
         known = (f"{k} {run.result[k]}" for k in ("scene", "world", "disturb", "seed") if run.result.get(k) is not None)
         yield f"run      {', '.join(known)}"
         yield "times    simulated; an action is told in the line of its end, with its start"
-    for goal in run.stages[0].file.provenance.goals if run.grew else ():
+    for goal in run.stated if run.grew else ():
         words = (
             f'   {goal.words.replace(": ", chr(58) + " " + chr(34), 1)}"' if ": " in goal.words else f"   {goal.words}"
         )
@@ -54,7 +54,8 @@ def stage_lines(run: Run, stage: Stage, paint: Paint) -> Iterator[str]:
     if not run.grew:
         yield paint(f"{stage.name}  the tree as it was given, ticked as it stands", BOLD)
     elif record.get("parent") is None:
-        yield paint(f"{stage.name}  the goals alone, {_count(stage.tree)}", BOLD)
+        what = "the tree as it was given" if stage.tree.has_actions() else "the goals alone"
+        yield paint(f"{stage.name}  {what}, {_count(stage.tree)}", BOLD)
     else:
         when = f"tick {record.get('tick')}, {record.get('sim_time_s')} s"
         before = len(run.stages[at - 1].tree) if at else 0
@@ -315,7 +316,7 @@ def link_lines(run: Run, link: Link) -> Iterator[str]:
     if link.version:
         record = run.stage(link.version).record
         if record.get("parent") is None:
-            yield _row("since", f"{link.version}, the tree that was compiled")
+            yield _row("since", f"{link.version}, the tree that was {'compiled' if run.request else 'given'}")
         else:
             cause = record.get("cause")
             yield _row("since", f"{link.version}, tick {record.get('tick')}, {record.get('sim_time_s')} s: {cause}")
