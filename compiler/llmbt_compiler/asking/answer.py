@@ -123,7 +123,8 @@ def edit_for(
         if not ids:
             return None
         kind = Kind.TARGET if scene[ids[0]].movable else Kind.DESTINATION
-        return Edit(step, asked.start, asked.end, names, kind)
+        there = lexicon().is_(step.text[asked.start : asked.end].casefold(), "there")
+        return Edit(step, asked.start, asked.end, f"on {names}" if there else names, kind)
     if asked.slot is Slot.TARGET:
         at = _after(step, asked.end, particles=True)
         return Edit(step, at, at, f" {names}", Kind.TARGET) if ids else None

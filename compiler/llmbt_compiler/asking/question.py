@@ -72,7 +72,7 @@ def from_diagnostics(found: Sequence[Diagnostic], semantic_map: SemanticMap, lib
     slot = _slot(first)
     scene = Scene(semantic_map, library)
     candidates = first.candidates
-    if not candidates and slot in {Slot.DESTINATION, Slot.PUT_DOWN}:
+    if not candidates and (slot in {Slot.DESTINATION, Slot.PUT_DOWN} or first.title.endswith("no place named before")):
         candidates = _destinations(scene)
     if not candidates and (slot is Slot.TARGET or first.label == "what?"):
         candidates = tuple(sorted((e.id for e in scene.objects), key=natural))
@@ -89,7 +89,7 @@ def _slot(diagnostic: Diagnostic) -> Slot:
         return Slot.WORDS
     if diagnostic.title.endswith("never put anywhere"):
         return Slot.PUT_DOWN
-    if diagnostic.title.endswith("points to nothing named before"):
+    if diagnostic.title.endswith(("points to nothing named before", "points to no place named before")):
         return Slot.WORDS
     return Slot.TARGET if diagnostic.label == "what?" else Slot.DESTINATION
 
@@ -127,6 +127,9 @@ def _mentioned(text: str, scene: Scene) -> tuple[str, ...]:
     words = tokens(text)
     objects, places, first = names_in(words, scene)
     asked = next((i for i, t in enumerate(words) if t.text in {"which", "what", "where"}), None)
+    places = (
+        [p for p in places if not any(o != p and scene.within(o, p) for o in places)] if asked is not None else places
+    )
     if asked is not None and words[asked].text == "where":
         return tuple(places) or (_destinations(scene) if not objects or first is not None else tuple(objects))
     noun = _asked_noun(words, asked, scene) if asked is not None else ""

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.space.expressions import rank_of
+from llmbt_compiler.parsing.space.expressions import rank_of, relations
+from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.words import Token, lexicon
 
@@ -31,6 +33,8 @@ _AT = frozenset({"on", "in", "at", "from", "of", "off"})
 _ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then", "over"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "next", "beside", "between", "above", "below"})
 _MASS = frozenset({"cargo", "good", "everything"})
+_PUTTING = frozenset({"put", "place", "set", "move", "lay", "position", "stand", "shift", "drop", "stow", "store"})
+_FETCHING = frozenset({"pick", "take", "bring", "get", "fetch", "grab", "give", "hand", "want", "need", "collect"})
 _LONGEST = 5
 
 
@@ -50,7 +54,11 @@ def definite(words: Sequence[Token], line: str, scene: Scene) -> Iterator[Meant]
     for i, t in enumerate(words):
         end = _noun(words, i, scene) if t.text in _POINTING else 0
         if end:
-            found = _ranked(words, i + 1, end, line, scene, where) or _plain(words, i + 1, end, scene, where)
+            found = (
+                _ranked(words, i + 1, end, line, scene, where)
+                or _related(words, i + 1, end, line, scene, where)
+                or _plain(words, i + 1, end, scene, where)
+            )
             if found is not None and found.ids:
                 yield Meant(i, found.end, found.ids)
 
@@ -93,6 +101,36 @@ def _ranked(
     found = world.ranked(of, True, ids, words[start : of.stop], False)
     hit = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
     return Meant(start, of.stop, hit)
+
+
+def _related(
+    words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
+) -> Meant | None:
+    """ "The block next to object 5", where the relation tells which one; None where it says where it is to go."""
+    begin = end
+    while begin < len(words) and words[begin].text in _STANDING:
+        begin += 1
+    of = next((r for r in relations(words) if r.start == begin), None)
+    stop = name_end(words, of) if of is not None else begin
+    if of is None or not (begin > end or _goes_on(words, start, stop)):
+        return None
+    world = World(scene, Ledger(dict(where)), where, Talk(where), line)
+    phrase = [t for t in words[start:end] if t.text != "one"]
+    pool = world.every(phrase, True)
+    marks = world.landmark(words[of.end : stop]) if stop > of.end else None
+    if isinstance(pool, Fault) or not isinstance(marks, Found):
+        return Meant(start, stop, ())
+    found = world.related(of, pool[0], marks.ids, words[start:stop], False)
+    return Meant(
+        start, stop, found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
+    )
+
+
+def _goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
+    """Whether another place is named after a relation, or the verb before it puts nothing anywhere."""
+    after = list(takewhile(lambda t: t.text not in {".", ";", "!", "?"}, words[stop:]))
+    said = [t.text for t in words[:start] if t.text in _PUTTING or t.text in _FETCHING]
+    return any(t.text in _ONTO for t in after) or bool(said and said[-1] in _FETCHING)
 
 
 def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
@@ -138,6 +176,8 @@ def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
         return False
     if words[at].text == "with":  # "swap the red block with the white one"
         return not (at + 1 < len(words) and words[at + 1].text in _POINTING and _noun(words, at + 1, scene))
+    if any(r.start == at for r in relations(words)):
+        return False  # it says where to
     if words[at].text == "in":  # "in the sorting area", which is a destination; "in front", which tells
         return at + 1 < len(words) and words[at + 1].text in {"front", "between"}
     return words[at].text != "over"

@@ -11,6 +11,7 @@ from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import rank_of
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
 __all__ = ["explanation", "without"]
@@ -25,8 +26,9 @@ _NOT = ("negation", "except", "instead", "conditional")
 def explanation(step: LabelledStep, scene: Scene) -> Extent | None:
     """The words after a comma that only say more about the thing named right before it; None without such.
 
-    The name has a number or is the thing's own, a relative clause tells of it, or, of a place, a further noun phrase
-    for a place ("position 34, the rightmost position of level 3"). What tells of it by another colour, names another
+    The name has a number or is the thing's own, a relative clause tells of it, or a further noun phrase: of a place one
+    for a place ("position 34, the rightmost position of level 3"), of an object one with a rank ("the milk, the
+    leftmost drink"). What tells of it by another colour, names another
     thing of its kind or denies something is none.
     """
     line = tokens(step.text)
@@ -36,9 +38,10 @@ def explanation(step: LabelledStep, scene: Scene) -> Extent | None:
         if thing is None or i + 2 >= len(line):
             continue
         relative = line[i + 1].text in _RELATIVE and line[i + 2].text in _BEING
-        if not relative and (scene[thing].movable or not _a_place(line[i + 1 :], scene)):
-            continue
         end = _end(line, i + 1, actions)
+        ranks = scene[thing].movable and _a_rank(line, i + 1, end)
+        if not (relative or ranks or (not scene[thing].movable and _a_place(line[i + 1 :], scene))):
+            continue
         if _agrees(line[i + 1 : end], scene, thing):
             return Extent(t.start, line[end - 1].end)
     return None
@@ -84,6 +87,13 @@ def _a_place(after: Sequence[Token], scene: Scene) -> bool:
         if t.text in scene.nouns(False):
             return True
     return False
+
+
+def _a_rank(line: Sequence[Token], begin: int, end: int) -> bool:
+    """Whether a noun phrase with a rank is all there is, and no further member of a list."""
+    if not lexicon().is_(line[begin].text, "articles") or any(t.text in {"and", "or"} for t in line[begin:end]):
+        return False
+    return rank_of(line, begin + 1, min(end, begin + 4)) is not None and (end == len(line) or line[end].text != ",")
 
 
 def _end(line: Sequence[Token], begin: int, actions: set[int]) -> int:

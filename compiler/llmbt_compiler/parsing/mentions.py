@@ -14,6 +14,7 @@ from llmbt_compiler.parsing.words import Token, lexicon, tokens
 __all__ = ["mentioned_in", "names_in", "one_named"]
 
 _LONGEST_NAME = 6
+_MARKS = frozenset({",", ".", "?", "!", ";", ":", "(", ")", "-", "\u2013", "\u2014", "or", "and"})
 
 
 def mentioned_in(text: str, scene: Scene) -> tuple[str, ...]:
@@ -46,7 +47,7 @@ def names_in(words: Sequence[Token], scene: Scene) -> tuple[list[str], list[str]
 
 def _named(parts: Sequence[Token], scene: Scene) -> str | None:
     """The thing that just these words name: with a number, or by a name that nothing else has."""
-    if any(t.text in {",", ".", "?", "or", "and", ":", "(", ")"} for t in parts) or parts[0].number is not None:
+    if any(t.text in _MARKS for t in parts) or parts[0].number is not None:
         return None
     if lexicon().is_(parts[0].text, "articles", "at", "from", "all") or not any(t.word for t in parts):
         return None
@@ -54,7 +55,7 @@ def _named(parts: Sequence[Token], scene: Scene) -> str | None:
         hits = [e for e in pool if _spelt(parts) in e.keys]
         if len(hits) == 1:
             return hits[0].id
-    if parts[-1].number is None:
+    if parts[-1].number is None or any(lexicon().is_(t.text, "at", "from", "onto") for t in parts):
         return None
     ids = one_named(parts, scene)
     return ids[0] if len(ids) == 1 else None
