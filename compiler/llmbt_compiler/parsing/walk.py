@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.parsing.beside import mentioned, unread
+from llmbt_compiler.parsing.beside import mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses, extents
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.ground import Stop
+from llmbt_compiler.parsing.headings import headed
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
 from llmbt_compiler.parsing.names import Found, Talk
@@ -25,6 +26,7 @@ from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space import arrangement, certainty, related
+from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
 from llmbt_compiler.parsing.words import tokens
 from llmbt_ir.condition import Condition
@@ -137,6 +139,11 @@ class _Walker(Ordering):
         step = relabelled(step, self.scene)
         self.mentioned, self.used = mentioned(step, self.scene), []
         self.ordered = arrangement(step.text) is not None
+        under = headed(step, self.scene)
+        if under is not None:
+            step, place, extent = under
+            self.place = (place, self.turn)
+            self.used.append(extent)
         found = clauses(step)
         self.use(*(t for c in found for p in c.phrases for t in p.parts))
         if not found and self.names_both(step):
@@ -152,13 +159,22 @@ class _Walker(Ordering):
                     self.clause(part)
             except Stop:
                 continue
-        for extent in unread(step, self.scene, self.used):
+        checks = bool(found) and all(c.action and self.only_checks(c.action) for c in found)
+        for extent in () if checks else unread(step, self.scene, self.used):
             words = extent.cut(step.text)
             self.complain(
                 "E314", f"`{words}` is named, and what for is not understood", extent, "", "say it in a step of its own"
             )
+        for extent in () if checks else restrictions(step):
+            title = f"`{extent.cut(step.text)}` restricts what may be done, which goals cannot say"
+            self.complain("E314", title, extent, "", "say which thing is to go where")
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def only_checks(self, action: str) -> bool:
+        """Whether a verb changes nothing ("check that ... stand on level 1"): what it names is not asked for."""
+        verb = read_verb(next(iter(action.split()), "?"), (), self.scene.library)
+        return verb.is_("idle") and not verb.templates
 
     def names_both(self, step: LabelledStep) -> bool:
         """Whether a step without keywords names a thing and a place by their numbers."""
