@@ -15,7 +15,7 @@ from llmbt_compiler.parsing.words import lexicon
 
 __all__ = ["Acting"]
 
-_COMMAS = frozenset({"", ",", ".", ":", "and", "then"})
+_COMMAS = frozenset({"", ",", ".", ":", ">", "→", "⇒", "and", "then", "is"})
 
 
 @dataclass

@@ -28,7 +28,7 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space import arrangement, certainty, related
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
-from llmbt_compiler.parsing.words import tokens
+from llmbt_compiler.parsing.words import lexicon, tokens
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Severity, nearest
 from llmbt_ir.semantic_map import SemanticMap
@@ -137,7 +137,8 @@ class _Walker(Ordering):
             self.unsure(step)
             return
         step = relabelled(step, self.scene)
-        self.mentioned, self.used = mentioned(step, self.scene), []
+        self.mentioned, self.used = mentioned(step, self.scene, self.scene.objects), []
+        self.around = mentioned(step, self.scene, self.scene.places)
         self.ordered = arrangement(step.text) is not None
         under = headed(step, self.scene)
         if under is not None:
@@ -154,11 +155,14 @@ class _Walker(Ordering):
             return
         before = (self.ledger.acts, self.targets, self.place)
         for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
+            self.idle = False
             try:
                 for part in related(self, clause, start, end):
                     self.clause(part)
             except Stop:
                 continue
+            if self.idle and not self.orders_within(step.text, start, end):
+                self.used.append(Extent(start, end))
         checks = bool(found) and all(c.action and self.only_checks(c.action) for c in found)
         for extent in () if checks else unread(step, self.scene, self.used):
             words = extent.cut(step.text)
@@ -184,6 +188,12 @@ class _Walker(Ordering):
         return any(isinstance(resolve_objects(p, self.scene, quiet), Found) for p in pairs) and any(
             isinstance(resolve_places(p, self.scene, quiet), Found) for p in pairs
         )
+
+    def orders_within(self, text: str, start: int, end: int) -> bool:
+        """Whether behind a comma or an "and" of these words a verb of the library stands: an order that was missed."""
+        pairs = pairwise(tokens(text, start, end))
+        heads = (b.text for a, b in pairs if a.text in {",", ";"} or lexicon().is_(a.text, "joints"))
+        return any(v.templates and not v.corrected for v in (read_verb(w, (), self.scene.library) for w in heads))
 
     def newly(self, other: _Walker) -> str:
         """The goals that another walker has and this one has not."""
