@@ -89,8 +89,8 @@ class TreeFile:
 
 
 def write_tree(tree: Tree, signatures: Signatures, provenance: Provenance | None = None) -> bytes:
-    """The canonical XML of a tree: the same tree and provenance give the same bytes. Precondition: no argument is of the
-    form `{key}`, which would point to the blackboard."""
+    """The canonical XML of a tree: the same tree and provenance give the same bytes. Precondition: no argument is of
+    the form `{key}`, which would point to the blackboard."""
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<root BTCPP_format="4" main_tree_to_execute="{MAIN}">',
