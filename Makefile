@@ -38,7 +38,7 @@ demo: setup ## compile and execute the canonical request into runs/demo; an obst
 	$(LLMBT) run "$(CANONICAL)" --scene cargo_sorting -o runs/demo --disturb obstacle_at_place --picture --force
 
 test: .venv/.tested ## the tests that the plain install can run
-	$(THREADS) $(PY) -m pytest -m "not extras"
+	$(THREADS) $(PY) -m pytest -n auto --dist worksteal -m "not extras"
 
 test-extras: .venv/.planners .venv/.llm .venv/.experiments ## the tests that need an optional dependency
 	$(THREADS) $(PY) -m pytest -m extras || [ $$? -eq 5 ]

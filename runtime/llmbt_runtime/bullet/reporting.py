@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from llmbt_ir.condition import ActionCall, Condition, Facts
+from llmbt_runtime.facts import Change, change_between
 
 __all__ = ["Reporter", "post_of"]
 
@@ -69,6 +70,7 @@ class Reporter:
     _near: str | None = None
     _committed: bool = False
     last: Facts = field(default=frozenset())
+    _handed_over: Facts = frozenset()
 
     @property
     def in_contact(self) -> bool:
@@ -132,8 +134,14 @@ class Reporter:
             told = frozenset(c for c in told if c.name != "Near") | {Condition("Near", (self._near,))}
         if self._withheld:
             told = self._held_back(told)
-        self.last = told
-        return told
+        if told != self.last:
+            self.last = told
+        return self.last
+
+    def changes(self) -> Change:
+        """How `last` differs from what it was at the last call."""
+        change, self._handed_over = change_between(self._handed_over, self.last), self.last
+        return change
 
     def _frozen(self, facts: Facts, before: Facts) -> Facts:
         handled = self._handled

@@ -32,6 +32,7 @@ from llmbt_runtime.bullet.skills import Skills
 from llmbt_runtime.bullet.stage import Stage
 from llmbt_runtime.bullet.terrain import Terrain
 from llmbt_runtime.disturbance import DisturbanceSpec
+from llmbt_runtime.facts import Change
 from llmbt_runtime.perception.eyes import Eyes, Recognise
 from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status, WorldLostError
 
@@ -161,6 +162,11 @@ class BulletWorld:
     def observe(self) -> Facts:
         """The facts that the tree's conditions see."""
         return self._reporter.last
+
+    def changes(self) -> Change:
+        """What `observe` gives now against what it gave when this was last asked: what changed is found where the facts
+        are read, which looks at every body anyway."""
+        return self._reporter.changes()
 
     def truth(self) -> Facts:
         """The facts by the physics of this tick alone."""
