@@ -65,9 +65,9 @@ class Campaign:
                 row |= {"outcome": "EXCEPTION", "reason": traceback.format_exc().splitlines()[-1]}
                 (folder / "fault.txt").write_text(traceback.format_exc(), encoding="utf-8")
             row["cpu_s"] = round(time.process_time() - cpu, 2)
+            kept = KEPT / "failed" / self.name / str(seed)
+            shutil.rmtree(kept, ignore_errors=True)
             if not self.well(row):
-                kept = KEPT / "failed" / self.name / str(seed)
-                shutil.rmtree(kept, ignore_errors=True)
                 shutil.copytree(folder, kept)
         return row
 

@@ -21,7 +21,8 @@ __all__ = ["Decision", "Judged", "decide", "judge", "same_goals"]
 
 QUIET = Progress(quiet=True)
 _LACKING = ("E142", "E301", "E302")
-_MODELS_OWN = "E140"
+_MAYBE = ("E140", "E309")
+"""The model's own question, and a relation that no position is in: by their words."""
 _NEGATION = re.compile(
     r"\b(?:no|not|none|nothing|nobody|neither|cannot|lacks?|only|without|missing|absent|unable|unavailable|impossible)\b"
     r"|n['\u2019]t\b",
@@ -110,7 +111,7 @@ def _refused_wrong(decision: Decision) -> str:
     """A question is a refusal only where it says what is lacking."""
     if decision.exit_code == ExitCode.UNCLEAR:
         code, _, question = decision.reason.partition(" ")
-        lacking = code in _LACKING or (code == _MODELS_OWN and _NEGATION.search(question) is not None)
+        lacking = code in _LACKING or (code in _MAYBE and _NEGATION.search(question) is not None)
         return "" if lacking else "a question that does not say what is lacking"
     return "" if decision.exit_code in {ExitCode.BAD_INPUT, ExitCode.NO_SUCCESS} else "it is not refused"
 

@@ -68,6 +68,7 @@ class Reporter:
     _handled: str = ""
     _places: frozenset[str] = frozenset()
     _near: str | None = None
+    _committed: bool = False
     last: Facts = field(default=frozenset())
     _handed_over: Facts = frozenset()
 
@@ -75,6 +76,19 @@ class Reporter:
     def in_contact(self) -> bool:
         """Whether a contact phase is on."""
         return self._snapshot is not None
+
+    @property
+    def may_halt(self) -> bool:
+        """Whether the action may be halted now: not in a contact phase, nor before it has set down what it must."""
+        return not (self.in_contact or self._committed)
+
+    def commit(self) -> None:
+        """From the contact phase that is on until `release`, the action may not be halted."""
+        self._committed = self._committed or self.in_contact
+
+    def release(self) -> None:
+        """The action may be halted again."""
+        self._committed = False
 
     def begin(self, action: ActionCall) -> None:
         """An action starts; what it will bring about and does not hold now is withheld until `end`."""
@@ -93,6 +107,7 @@ class Reporter:
         """The action has ended, or was halted."""
         self._withheld, self._at_start = frozenset(), frozenset()
         self._near = None
+        self.release()
         self.leave_contact()
 
     def hold_near(self, place: str) -> None:

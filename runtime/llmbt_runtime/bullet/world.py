@@ -197,7 +197,7 @@ class BulletWorld:
         if self._skill is None:
             self._outcome = None
             return True
-        if self._reporter.in_contact:
+        if not self._reporter.may_halt:
             self._halting = True
             return False
         self._stop()
@@ -265,7 +265,7 @@ class BulletWorld:
             report, self._outcome = self._outcome, None
             self._end()
             return report
-        if self._skill is not None and self._halting and not self._reporter.in_contact:
+        if self._skill is not None and self._halting and self._reporter.may_halt:
             self._stop()
             return ActionReport(Status.IDLE, "halted")
         self._reporter.report(self._reading.settled)

@@ -194,15 +194,15 @@ def _cheaper_ancestor(tree: Tree, failed: str, domain: Domain, h: HTable) -> tup
             ),
             None,
         )
-        if current is None:
+        condition = tree[head].condition
+        if current is None or condition is None:
+            continue
+        cost = h.total(current.pre)
+        if h[condition] > cost:  # it is 1 and the cost of the cheapest Pre: none is cheaper
             continue
         candidates = _candidates(tree, head, h)
         best = next(candidates, None)
-        if (
-            best is not None
-            and h.total(best.pre) < h.total(current.pre)
-            and not _threatened(best, protected(tree, head), domain)
-        ):
+        if best is not None and h.total(best.pre) < cost and not _threatened(best, protected(tree, head), domain):
             return expand(tree, head, best), _re_expansion(tree, head, best, candidates, h)
     return None
 
