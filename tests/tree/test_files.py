@@ -340,3 +340,16 @@ def test_a_plain_git_diff_is_no_larger_than_the_edit(seed: int, tmp_path: Path) 
     one, two = (write_tree(t, SIGNATURES).split(b"<TreeNodesModel>")[0] for t in (first, second))
     closing = sum(bool(first[e.id].children) for e in edit.removed)
     assert len(git_lines(tmp_path, one, two)) <= len(edit.removed) + closing + 2 * len(edit.changed)
+
+
+@pytest.mark.parametrize("command", [["show"], ["check"], ["diff", "/dev/null"], ["export", "--format", "dot"]])
+def test_a_tree_from_standard_input(command: list[str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "llmbt.main", "tree", *command, "-"],
+        input=tree(GUARD).encode(),
+        capture_output=True,
+        check=False,
+        timeout=60,
+    )
+    assert done.returncode == (6 if command[0] == "diff" else 0), done.stderr
+    assert b"act" in done.stdout or command == ["check"]
