@@ -41,7 +41,7 @@ def request_lines(run: Run) -> Iterator[str]:
     if run.result:
         known = (f"{k} {run.result[k]}" for k in RUN if run.result.get(k) is not None)
         yield f"run      {', '.join(known)}"
-        yield "times    simulated; an action is told in the line of its end, with its start; in gaps things come to rest"
+        yield "times    simulated; an action stands in the line of its end, with its start; in gaps things come to rest"
     for goal in run.stated if run.grew else ():
         words = (
             f'   {goal.words.replace(": ", chr(58) + " " + chr(34), 1)}"' if ": " in goal.words else f"   {goal.words}"
