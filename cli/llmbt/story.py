@@ -250,7 +250,8 @@ def log_lines(run: Run, stages: Sequence[Stage], paint: Paint, patch: Callable[[
         outcome = str(run.result.get("outcome"))
         yield ""
         reason = f": {run.result['reason']}" if run.result.get("reason") else ""
-        text = f"{outcome}{reason}; {held} of {len(goals)} goals hold"
+        reached = f"{held} of {len(goals)} goals hold" if goals else "no goals are stated"
+        text = f"{outcome}{reason}; {reached}"
         yield paint(text, GREEN if outcome == "SUCCESS" else RED) + _totals(run)
         yield from _tally(run)
         yield from _left(run)

@@ -79,13 +79,14 @@ class _Drive:
 
     def advance(self) -> None:
         """One tick of the world; the end of an action is noted, to be told when it is polled."""
-        self.note(self.world.advance())
+        report = self.world.advance()
         self.ticks += 1
         log = self.world.disturbances()
         for d in log[self.told_disturbances :]:
             broke = ", ".join(str(c) for c in d.broke)
             self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""), d.fired_at_s)
         self.told_disturbances = len(log)
+        self.note(report)
 
     # -- leaves ---------------------------------------------------------------------------------------------------
 
