@@ -97,6 +97,7 @@ def test_a_timeout_halts_in_simulated_time(tmp_path: Path) -> None:
     (action,) = document["actions"]
     assert (action["result"], action["reason"]) == ("HALTED", "the tree halted it")
     assert action["ended_s"] == pytest.approx(0.2)
+    assert document["reason"] == "the tree returned FAILURE: Timeout ran out (line 1)"
 
 
 def test_a_reactive_tree_halts_before_it_starts(tmp_path: Path) -> None:
