@@ -7,6 +7,7 @@ as the context allows and an endpoint or a recording answers; what is then still
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -14,7 +15,7 @@ from typing import Any
 from llmbt_atl.state import domain_of
 from llmbt_compiler.asking import Asked, Slot, edit_for, edited, from_diagnostics, from_model, from_request
 from llmbt_compiler.asking.answer import choose
-from llmbt_compiler.checking import contradictions, open_points
+from llmbt_compiler.checking import contradictions, open_points, unknown_names
 from llmbt_compiler.parsing import Goal, LabelledStep, Note, ParseResult
 from llmbt_compiler.reasoning.chat import Reply, answerable
 from llmbt_compiler.reasoning.dialogue import Dialogue
@@ -36,6 +37,8 @@ __all__ = [
 ]
 
 DIALOGUE = "dialogue.json"
+_SENTENCES = re.compile(r"[^.;!?]+[.;!?]*")
+_LONGEST = 2000
 _OF_THE_REPLY = ("E103", "E104", "E105", "E106", "E107", "E108", "E109", "E101", "E102", "E130", "E133")
 """Faults of the asking itself: nothing was said that could be corrected."""
 
@@ -211,8 +214,14 @@ class _Run:
         if self.context.stated is not None or self.settled or "reason" not in self.values:
             return None
         context = self.context
-        found = open_points(context.request, parsed, context.semantic_map, context.library)
-        return from_request(found[0]) if found else None
+        semantic_map, library = context.semantic_map, context.library
+        steps = self.values.get("filter")
+        said = "\n".join(s.text for s in steps.steps) if isinstance(steps, Steps) else ""
+        for point in open_points(context.request, parsed, semantic_map, library, said):
+            return from_request(point)
+        sentences = tagged(_SENTENCES.findall(" ".join(context.request.split())[:_LONGEST]), context.tagger)
+        unknown = unknown_names(sentences, parsed.goals, semantic_map, library)
+        return next(map(from_request, unknown), None)
 
     def answer(self, asked: Asked) -> str | None:
         """The user's answer, entered into what was said; None where there is none."""
@@ -225,7 +234,7 @@ class _Run:
     def taken(self, asked: Asked, answer: str, parsed: ParseResult) -> ParseResult:
         """The object that the user means in place of the one that the reply took."""
         ids = choose(answer, asked, self.context.semantic_map, self.context.library)
-        if len(ids) != 1 or asked.taken is None:
+        if len(ids) != 1 or asked.taken is None or (ids[0] != asked.taken and self.hangs_on(asked.taken, parsed)):
             raise _Unsettled(asked, answer)
         swap = {asked.taken: ids[0], ids[0]: asked.taken}
 
@@ -237,6 +246,11 @@ class _Run:
         goals = tuple(replace(g, condition=meant(g.condition)) for g in parsed.goals)
         moves = tuple(replace(m, target=swap.get(m.target, m.target)) for m in parsed.moves)
         return replace(parsed, goals=goals, moves=moves)
+
+    def hangs_on(self, taken: str, parsed: ParseResult) -> bool:
+        """Whether other goals follow from where an object stands: something else comes to its place."""
+        place = next((o.place for o in self.context.semantic_map.objects if o.id == taken), None)
+        return any(place in g.condition.args and taken not in g.condition.args for g in parsed.goals)
 
     def reworded(self, asked: Asked, answer: str, steps: Any) -> Any:
         """The labelled steps with the answer in them."""

@@ -14,7 +14,7 @@ from llmbt_ir.scene import load_scene, to_semantic_map
 
 SCENES = {
     name: (to_semantic_map(load_scene(name)), load_library(load_scene(name).library))
-    for name in ("cargo_sorting", "cargo_swap", "household")
+    for name in ("cargo_sorting", "cargo_swap", "cargo_groups", "household")
 }
 
 
@@ -193,7 +193,12 @@ def test_a_reply_that_guesses_is_asked_about():
         ("Put one of the green blocks on position 21.", "1. Place object 1 on position 21."),
         ("Put the green block 4 on position 21.", "1. Place object 4 on position 21."),
         ("Put the green block (object 4) on position 21.", "1. Place object 4 on position 21."),
-        ("Put the leftmost green block on position 21.", "1. Place object 4 on position 21."),
+        ("Put the frontmost green block on position 21.", "1. Place object 4 on position 21."),
+        ("Move the yellow block at the back to position 22.", "1. Place object 3 on position 22."),
+        ("Bring the yellow one in front to position 22.", "1. Place object 5 on position 22."),
+        ("Put object 6 on position 21. Not the wine.", "1. Place object 6 on position 21."),
+        ("Put the stuff on the right side of level 3.", "1. Place object 6 on position 34."),
+        ("Tidy up: the red block belongs on the top.", "1. Place object 6 on position 31."),
         ("Take object 4. Put the green block on position 21.", "1. Place object 4 on position 21."),
         ("Put the green block that is nearest to you on position 21.", "1. Place object 4 on position 21."),
         ("Take the red block. Put the block on position 21.", "1. Place object 6 on position 21."),
@@ -203,6 +208,58 @@ def test_a_reply_that_guesses_is_asked_about():
 )
 def test_no_guess_is_seen_where_there_is_none(request_, reply):
     assert talk(request_, [reply])[1] == ["request", "reply"]
+
+
+@pytest.mark.parametrize(
+    ("request_", "reply", "candidates"),
+    [
+        ("Put the leftmost green block on position 21.", "1. Place object 4 on position 21.", "124"),
+        ("Put the yellow one on position 32.", "1. Place object 3 on position 32.", "35"),
+        ("Swap the yellow block with the red block.", "1. Place object 3 on position 11.", "35"),
+        ("Take the green block off the workbench, put it on position 21.", "1. Place object 2 on position 21.", "124"),
+        ("Put object 6 to the left of the yellow block.", "1. Place object 3 on position 22.", "35"),
+    ],
+)
+def test_a_guess_is_seen(request_, reply, candidates):
+    assert asked(request_, [reply]) == ("E141", tuple(f"object_{n}" for n in candidates))
+
+
+@pytest.mark.parametrize(
+    ("request_", "reply", "noun", "candidates"),
+    [
+        ("Bring me the wine.", "1. Give the juice to the user.", "wine", ("juice",)),
+        ("Could you fetch my newspapers?", "1. Give the tea to the user.", "newspapers", ("tea",)),
+        ("Put the cookies on the balcony.", "1. Put the cookies on the desk.", "balcony", ("desk",)),
+    ],
+)
+def test_what_nothing_in_the_scene_goes_by_is_asked_about(request_, reply, noun, candidates):
+    code, found = asked(request_, [reply], scene="household")
+    assert (code, found) == ("E142", candidates)
+
+
+@pytest.mark.parametrize(
+    ("request_", "reply"),
+    [
+        ("Bring me a drink.", "1. Give the juice to the user."),
+        ("Get me a snack, please.", "1. Give the cookies to the user."),
+        ("Bring me the cola.", "1. Give the coke to the user."),
+        ("Bring me the wine or the juice.", "1. Give the juice to the user."),
+        ("If there is no beer, bring me the coke.", "1. Give the coke to the user."),
+        ("Bring the guest a glass of water.", "1. Give the water to the user."),
+    ],
+)
+def test_a_sort_of_things_is_no_name(request_, reply):
+    assert talk(request_, [reply], scene="household")[1] == ["request", "reply"]
+
+
+def test_an_answer_on_which_other_goals_hang_goes_to_the_model():
+    """Where the white block is to go follows from which red one is meant."""
+    first = "1. Place object 5 on position 11.\n2. Move object 1 to the sorting area."
+    then = "1. Move object 2 to the sorting area.\n2. Place object 5 on position 12."
+    request = "Exchange the red block with the white block."
+    goals, kinds, _ = talk(request, [first, then], ["object 2"], scene="cargo_groups")
+    assert goals == ["On(object_2, sorting_area)", "On(object_5, position_12)"]
+    assert kinds.count("reply") == 2
 
 
 def test_a_green_block_that_the_place_tells_is_no_guess():

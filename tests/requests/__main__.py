@@ -8,56 +8,67 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.requests.cases import PARTS, read_cases
-from tests.requests.decide import Judged, judge
+from tests.requests.blind import read_blind
+from tests.requests.cases import BLIND, Case, read_open
+from tests.requests.decide import Decision, Judged, judge
 
 KINDS = ("complete", "ambiguous", "impossible")
+AUTHORED = "Replies authored by hand; no model was asked."
 
 
 def main() -> int:
-    """Decide, print the table and what is wrong; 1 where anything is."""
+    """Decide, print the table and, of the open part, what is wrong; 1 where anything is."""
     parser = argparse.ArgumentParser(prog="python -m tests.requests", description=__doc__)
-    parser.add_argument("--part", choices=PARTS, default=None, help="this part alone")
-    parser.add_argument("--id", dest="ids", action="append", default=[], help="this request alone; may be repeated")
+    parser.add_argument("--blind", type=Path, metavar="FILE", help="requests as JSON lines, not the shipped ones")
+    parser.add_argument("--ids", action="store_true", help="with --blind: name what is wrong, by id and reason")
+    parser.add_argument("--id", dest="chosen", action="append", default=[], help="this request alone; may be repeated")
     parser.add_argument("--experiments", action="store_true", help="the requests of experiments/ instead (2 minutes)")
+    parser.add_argument("--write", action="store_true", help="write docs/requests.md (10 minutes); see also --ambik")
+    parser.add_argument("--ambik", type=Path, metavar="FILE", help="with --write: AmbiK's ambik_test.csv, counted too")
     parser.add_argument("--verbose", action="store_true", help="say what is decided about each")
     options = parser.parse_args()
+    if options.write:
+        from tests.requests.document import write
+
+        return write(options.ambik)
     if options.experiments:
-        return by_others(verbose=options.verbose)
-    judged: dict[str, list[Judged]] = {}
-    with tempfile.TemporaryDirectory() as scratch:
-        for part in [options.part] if options.part else PARTS:
-            for case in read_cases(part):
-                if options.ids and case.id not in options.ids:
-                    continue
-                found = judge(case, Path(scratch) / part / case.id)
-                judged.setdefault(part, []).append(found)
-                if options.verbose or not found.right:
-                    tell(found)
-    print(table(judged))
+        from tests.requests.experiments import counted
+
+        print(counted(verbose=options.verbose))
+        return 0
+    judged = {
+        part: decided([c for c in cases if not options.chosen or c.id in options.chosen])
+        for part, cases in parts(options.blind).items()
+    }
+    for part, found in judged.items():
+        for each in found:
+            if options.verbose or (part == "open" and each.wrong):
+                tell(each)
+            elif options.ids and each.wrong:
+                print(f"{each.case.id} ({each.case.kind}): {each.wrong}", file=sys.stderr)
+    print(f"{AUTHORED}\n\n{table(judged)}")
     return int(any(not j.right for rows in judged.values() for j in rows))
 
 
-def by_others(*, verbose: bool) -> int:
-    """The table of the requests that were written for the experiments."""
-    from tests.requests.experiments import Row, decided
+def parts(blind: Path | None = None) -> dict[str, tuple[Case, ...]]:
+    """The requests to decide: those of a file alone, or the open ones and, where they are there, the blind ones."""
+    if blind is not None:
+        return {"blind": read_blind(blind)}
+    return {"open": read_open(), **({"blind": read_blind(BLIND)} if BLIND.exists() else {})}
 
-    rows: list[Row] = []
+
+def decided(cases: Sequence[Case]) -> list[Judged]:
+    """Every case judged, in a folder of its own that is gone afterwards."""
     with tempfile.TemporaryDirectory() as scratch:
-        for row in decided(Path(scratch)):
-            rows.append(row)
-            if verbose or not row.right:
-                kind = "clear" if row.clear else "unclear or wrong"
-                print(f"{row.case} {row.id} ({kind}): {row.text}\n    {row.outcome}", file=sys.stderr)
-    print(
-        "Replies authored by hand; no model was asked.\n\n| experiment | requests | number | right |\n|---|---|---|---|"
-    )
-    for name in dict.fromkeys(r.experiment for r in rows):
-        for clear, told in ((True, "clear: compiled to what is wanted"), (False, "unclear or wrong: not compiled")):
-            found = [r for r in rows if (r.experiment, r.clear) == (name, clear)]
-            n = sum(r.right for r in found)
-            print(f"| {name} | {told} | {len(found)} | {n} ({100 * n / max(1, len(found)):.0f} %) |")
-    return 0
+        return [_judged(case, Path(scratch) / str(n)) for n, case in enumerate(cases)]
+
+
+def _judged(case: Case, folder: Path) -> Judged:
+    """A fault of the program's own is a wrong decision, and ends no count."""
+    try:
+        return judge(case, folder)
+    except Exception as fault:
+        return Judged(case, Decision(70, reason=repr(fault)), wrong=f"the program breaks off ({type(fault).__name__})")
 
 
 def tell(judged: Judged) -> None:
@@ -72,12 +83,14 @@ def tell(judged: Judged) -> None:
 def table(judged: dict[str, list[Judged]]) -> str:
     """Markdown: a row for each part and kind."""
     rows = ["| part | kind | requests | right | wrong |", "|---|---|---|---|---|"]
+    if len(judged) > 1:
+        judged = {**judged, "both": [j for found in judged.values() for j in found]}
     for part, found in judged.items():
         for kind in (*KINDS, "all"):
             of_kind = [j for j in found if kind in (j.case.kind, "all")]
             if of_kind:
                 rows.append(f"| {part} | {kind} | {len(of_kind)} | {_right(of_kind)} | {_why(of_kind)} |")
-    return "\n".join(["Replies authored by hand; no model was asked.", "", *rows])
+    return "\n".join(rows)
 
 
 def _right(found: Sequence[Judged]) -> str:

@@ -25,7 +25,7 @@ from llmbt_compiler.parsing.words import Token, tokens
 from llmbt_ir.geometry import Pose
 from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
 
-__all__ = ["Pair", "asked_about", "map_of"]
+__all__ = ["Pair", "asked_about", "counted", "map_of", "read"]
 
 _LONGEST = 4
 
@@ -113,24 +113,30 @@ def main() -> int:
     parser.add_argument("file", type=Path, help="ambik-dataset/ambik_test.csv of AmbiK")
     parser.add_argument("--verbose", action="store_true")
     options = parser.parse_args()
+    print(counted(read(options.file), verbose=options.verbose))
+    return 0
+
+
+def counted(pairs: Sequence[Pair], *, verbose: bool = False) -> str:
+    """Markdown: a row for each kind of ambiguity."""
     library = load_library("household")
-    pairs = read(options.file)
-    print(
-        "| kind | pairs | unclear: asked | with an object of the shortlist | clear: not asked |\n|---|---|---|---|---|"
-    )
+    lines = [
+        "| kind | pairs | unclear: asked | with an object of the shortlist | clear: not asked |",
+        "|---|---|---|---|---|",
+    ]
     for kind in sorted({p.kind for p in pairs}):
         of_kind = [p for p in pairs if p.kind == kind]
         unclear = [asked_about(p.unclear, map_of(p.objects), library) for p in of_kind]
         clear = [asked_about(p.clear, map_of(p.objects), library) for p in of_kind]
-        if options.verbose:
+        if verbose:
             for p, u, c in zip(of_kind, unclear, clear, strict=True):
                 print(kind, "|", p.unclear, "|", u, "|", sorted(p.between), "|", p.clear, "|", c, file=sys.stderr)
         asked = sum(u is not None for u in unclear)
         hits = sum(u is not None and bool(u & p.between) for u, p in zip(unclear, of_kind, strict=True))
         quiet = sum(c is None for c in clear)
         n = len(of_kind)
-        print(f"| {kind} | {n} | {_share(asked, n)} | {_share(hits, n)} | {_share(quiet, n)} |")
-    return 0
+        lines.append(f"| {kind} | {n} | {_share(asked, n)} | {_share(hits, n)} | {_share(quiet, n)} |")
+    return "\n".join(lines)
 
 
 def _share(part: int, whole: int) -> str:

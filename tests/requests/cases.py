@@ -8,10 +8,10 @@ from pathlib import Path
 from llmbt_ir.condition import Condition, parse_condition
 from llmbt_ir.xml import parse_xml, read_bytes
 
-__all__ = ["FOLDER", "PARTS", "Case", "read_cases"]
+__all__ = ["BLIND", "FOLDER", "Case", "Goals", "read_open"]
 
 FOLDER = Path(__file__).parents[2] / "fixtures" / "requests"
-PARTS = ("open", "blind")
+BLIND = FOLDER / "blind.jsonl"
 
 Goals = frozenset[Condition]
 
@@ -31,11 +31,9 @@ class Case:
     why: str
 
 
-def read_cases(part: str) -> tuple[Case, ...]:
-    """The requests of a part; none where the part is not there. Every fault of the file is raised."""
-    path = FOLDER / f"{part}.xml"
-    if not path.exists():
-        return ()
+def read_open() -> tuple[Case, ...]:
+    """The requests that may be looked at. Every fault of the file is raised."""
+    path = FOLDER / "open.xml"
     data = read_bytes(path, "requests")
     _check(data)
     root = parse_xml(data, str(path))

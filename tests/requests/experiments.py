@@ -3,6 +3,8 @@ mind. Clear ones are to compile to what the case wants; those marked as unclear 
 
 from __future__ import annotations
 
+import sys
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +22,7 @@ from llmbt_runtime.executor import execute
 from llmbt_runtime.initial import facts_of_map
 from llmbt_runtime.symbolic import SymbolicWorld
 
-__all__ = ["Row", "decided"]
+__all__ = ["Row", "counted", "decided"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,3 +67,21 @@ def _outcome(case: Case, text: str, tape: Path, into: Path) -> str:
     world = SymbolicWorld(domain.for_state(start), start, chance(0, "check"), ticks=(1, 1))
     execute(world, domain, goal_tree(goals), goals, keep=lambda _: "", tell=lambda _: None)
     return "fulfilled" if satisfied(case.success, world.truth()) else f"other goals: {'; '.join(map(str, goals[0]))}"
+
+
+def counted(*, verbose: bool = False) -> str:
+    """Markdown: a row for each experiment and kind; what is not right is told on stderr."""
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as scratch:
+        for row in decided(Path(scratch)):
+            rows.append(row)
+            if verbose or not row.right:
+                kind = "clear" if row.clear else "unclear or wrong"
+                print(f"{row.case} {row.id} ({kind}): {row.text}\n    {row.outcome}", file=sys.stderr)
+    lines = ["| experiment | requests | number | right |", "|---|---|---|---|"]
+    for name in dict.fromkeys(r.experiment for r in rows):
+        for clear, told in ((True, "clear: fulfilled in the world of facts"), (False, "unclear or wrong: no tree")):
+            found = [r for r in rows if (r.experiment, r.clear) == (name, clear)]
+            n = sum(r.right for r in found)
+            lines.append(f"| {name} | {told} | {len(found)} | {n} ({100 * n / max(1, len(found)):.0f} %) |")
+    return "\n".join(lines)

@@ -12,7 +12,7 @@ import random
 import re
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from llmbt.experiment.cases import experiment_names, load_experiment
@@ -25,13 +25,14 @@ from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import LlmbtError
 from llmbt_ir.scene import load_scene, to_semantic_map
 from llmbt_ir.semantic_map import SemanticMap
-from tests.requests.cases import read_cases
+from tests.requests.cases import read_open
 
-__all__ = ["FAULTS", "MUST", "Reply", "Verdict", "inject", "replies", "verdict_of"]
+__all__ = ["FAULTS", "MUST", "Reply", "Verdict", "counted", "inject", "replies", "verdict_of"]
 
 MUST = ("an object that is not there", "a place that is not there", "two objects on one position", "a truncated end")
 """These may never pass."""
 _STEP = re.compile(r"^\s*(?:\d+[.)]|[-*])\s+\S", re.MULTILINE)
+_FROM = re.compile(r"\b(?:from|off|of)\s+(?:the\s+)?$")
 Goals = frozenset[Condition]
 
 
@@ -73,7 +74,7 @@ def void(_: object) -> None:
 
 def sources() -> Iterator[tuple[str, str, str, SemanticMap, Library]]:
     """Every authored reply of a clear request: of the open part, and of the experiments."""
-    for case in read_cases("open"):
+    for case in read_open():
         if case.kind == "complete":
             scene = load_scene(case.scene)
             yield case.id, case.text, case.replies[0], to_semantic_map(scene), load_library(scene.library)
@@ -202,7 +203,7 @@ def _on_one_position(reply: Reply, rng: random.Random) -> str | None:
     """The position of one step given to another one too, where both are about other objects."""
     slots = {p.id for p in reply.semantic_map.places if p.type == "slot"}
     taken = {c.args[1]: c.args[0] for c in reply.goals if c.name == "On" and c.args[1] in slots}
-    named = [n for n in _names(reply, objects=False) if n[2] in taken]
+    named = [n for n in _names(reply, objects=False) if n[2] in taken and not _FROM.search(reply.text[: n[0]])]
     pairs = [(a, b) for a in named for b in named if a[2] != b[2]]
     if not pairs:
         return None
@@ -276,12 +277,21 @@ def main() -> int:
     parser.add_argument("--kind", choices=FAULTS, default=None)
     parser.add_argument("--verbose", action="store_true", help="show what passes")
     options = parser.parse_args()
-    counts: dict[str, Counter[str]] = {k: Counter() for k in ([options.kind] if options.kind else FAULTS)}
+    kinds = [options.kind] if options.kind else list(FAULTS)
+    text, good = counted(replies(options.replies), kinds, options.seeds, verbose=options.verbose)
+    print(text)
+    return int(not good)
+
+
+def counted(
+    used: Sequence[Reply], kinds: Sequence[str] = tuple(FAULTS), seeds: int = 1, *, verbose: bool = False
+) -> tuple[str, bool]:
+    """The table, and whether nothing passed that may not; what did is shown on stderr."""
+    counts: dict[str, Counter[str]] = {k: Counter() for k in kinds}
     codes: dict[str, Counter[str]] = {k: Counter() for k in counts}
-    used = replies(options.replies)
     for reply in used:
         for kind, count in counts.items():
-            for seed in range(options.seeds):
+            for seed in range(seeds):
                 faulty = inject(reply, kind, seed)
                 if faulty is None:
                     continue
@@ -289,13 +299,12 @@ def main() -> int:
                 count[found.what] += 1
                 if found.what == "caught":
                     codes[kind][found.told] += 1
-                if found.what == "passes" and (options.verbose or kind in MUST):
-                    print(f"{reply.name}, {kind}:\n{faulty}\n  -> {found.told}\n", file=sys.stderr)
-    print(table(len(used), counts, codes))
-    return int(any(counts[k]["passes"] for k in MUST if k in counts))
+                if verbose or (kind in MUST and found.what == "passes"):
+                    print(f"{reply.name}, {kind}: {found.what}\n{faulty}\n  -> {found.told}\n", file=sys.stderr)
+    return table(len(used), seeds, counts, codes), not any(counts[k]["passes"] for k in MUST if k in counts)
 
 
-def table(n: int, counts: dict[str, Counter[str]], codes: dict[str, Counter[str]]) -> str:
+def table(n: int, seeds: int, counts: dict[str, Counter[str]], codes: dict[str, Counter[str]]) -> str:
     """Markdown: a row for each kind of fault."""
     rows = ["| fault | faults | caught | harmless | pass | caught by |", "|---|---|---|---|---|---|"]
     for kind, found in counts.items():
@@ -305,7 +314,8 @@ def table(n: int, counts: dict[str, Counter[str]], codes: dict[str, Counter[str]
             f"| {kind}{star} | {found.total()} | {found['caught']} | {found['harmless']} | {found['passes']} | {by} |"
         )
     told = (
-        f"One fault of each kind in each of {n} authored replies that compile; no model was asked.\n\n"
+        f"Faults of each kind in each of {n} authored replies that compile, wherever the kind applies: {seeds}. "
+        "No model was asked.\n\n"
         "Caught: no tree, and a reason. Harmless: the goals of the whole reply. Pass: other goals.\n"
         "* Nobody can catch these who has not read the request: what is left is a reply that says something else."
     )

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from tests.requests.cases import read_cases
+from tests.requests.cases import read_open
 from tests.requests.decide import judge
 
-OPEN = read_cases("open")
+OPEN = read_open()
 
 
 def test_there_are_enough_of_each_kind():

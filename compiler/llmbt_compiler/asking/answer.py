@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from llmbt_atl.library import Library
-from llmbt_compiler.asking.question import Asked, Slot, mentioned_in
+from llmbt_compiler.asking.question import Asked, Slot
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing import LabelledStep
 from llmbt_compiler.parsing.ledger import Ledger
+from llmbt_compiler.parsing.mentions import mentioned_in
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
@@ -122,7 +123,8 @@ def edit_for(
         if not ids:
             return None
         kind = Kind.TARGET if scene[ids[0]].movable else Kind.DESTINATION
-        return Edit(step, asked.start, asked.end, names, kind)
+        there = lexicon().is_(step.text[asked.start : asked.end].casefold(), "there")
+        return Edit(step, asked.start, asked.end, f"on {names}" if there else names, kind)
     if asked.slot is Slot.TARGET:
         at = _after(step, asked.end, particles=True)
         return Edit(step, at, at, f" {names}", Kind.TARGET) if ids else None

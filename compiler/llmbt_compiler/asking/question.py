@@ -10,20 +10,20 @@ from llmbt_atl.library import Library
 from llmbt_atl.template import Role
 from llmbt_compiler.checking.request import OpenPoint
 from llmbt_compiler.parsing import exit_code_of
-from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
+from llmbt_compiler.parsing.mentions import names_in, one_named
+from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.verbs import Shape, shape_of
-from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_compiler.parsing.words import Token, tokens
 from llmbt_compiler.reasoning.steps import Question
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity, Span
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["Asked", "Slot", "from_diagnostics", "from_model", "from_request", "mentioned_in"]
+__all__ = ["Asked", "Slot", "from_diagnostics", "from_model", "from_request"]
 
 _ANSWER = "answer with --answer TEXT"
-_LONGEST_NAME = 6
 _SHOWN = 8
 
 
@@ -72,9 +72,9 @@ def from_diagnostics(found: Sequence[Diagnostic], semantic_map: SemanticMap, lib
     slot = _slot(first)
     scene = Scene(semantic_map, library)
     candidates = first.candidates
-    if not candidates and slot in {Slot.DESTINATION, Slot.PUT_DOWN}:
+    if not candidates and (slot in {Slot.DESTINATION, Slot.PUT_DOWN} or first.title.endswith("no place named before")):
         candidates = _destinations(scene)
-    if not candidates and slot is Slot.TARGET:
+    if not candidates and (slot is Slot.TARGET or first.label == "what?"):
         candidates = tuple(sorted((e.id for e in scene.objects), key=natural))
     hint = f"{first.help}; {_ANSWER}" if first.help else _ANSWER
     if candidates and not first.candidates:
@@ -89,6 +89,8 @@ def _slot(diagnostic: Diagnostic) -> Slot:
         return Slot.WORDS
     if diagnostic.title.endswith("never put anywhere"):
         return Slot.PUT_DOWN
+    if diagnostic.title.endswith(("points to nothing named before", "points to no place named before")):
+        return Slot.WORDS
     return Slot.TARGET if diagnostic.label == "what?" else Slot.DESTINATION
 
 
@@ -102,7 +104,7 @@ def from_request(point: OpenPoint) -> Asked:
 def from_model(question: Question, semantic_map: SemanticMap, library: Library) -> Asked:
     """The model's own question. Its candidates are those that it lists or names, or else what its `which` fits."""
     scene = Scene(semantic_map, library)
-    listed = [i for name in question.candidates for i in _one(tokens(name), scene)]
+    listed = [i for name in question.candidates for i in one_named(tokens(name), scene)]
     candidates = tuple(dict.fromkeys(listed)) or _mentioned(question.text, scene)
     diagnostic = Diagnostic(
         "E140",
@@ -119,93 +121,26 @@ def _listed(ids: Sequence[str]) -> str:
     return ", ".join(ids[:_SHOWN]) + more
 
 
-def _one(parts: Sequence[Token], scene: Scene) -> tuple[str, ...]:
-    for resolve in (resolve_objects, resolve_places):
-        found = resolve(parts, scene, Talk()) if parts else None
-        if isinstance(found, Found) and not {ANYWHERE, ORIGIN} & set(found.ids) and not found.corrected:
-            return found.ids
-    return ()
-
-
 def _mentioned(text: str, scene: Scene) -> tuple[str, ...]:
     """The things of the kind asked for that a question names, in their order; what "which block" fits where it names
     none."""
     words = tokens(text)
-    objects, places, first = _names(words, scene)
+    objects, places, first = names_in(words, scene)
     asked = next((i for i, t in enumerate(words) if t.text in {"which", "what", "where"}), None)
+    places = (
+        [p for p in places if not any(o != p and scene.within(o, p) for o in places)] if asked is not None else places
+    )
     if asked is not None and words[asked].text == "where":
         return tuple(places) or (_destinations(scene) if not objects or first is not None else tuple(objects))
     noun = _asked_noun(words, asked, scene) if asked is not None else ""
     wanted = {"object": objects, "place": places}.get(noun, objects if first == "object" else places)
-    if wanted:
-        return tuple(wanted)
-    if asked is not None:
-        fits = _fitting(words[asked + 1 :], scene)
-        if fits:
-            return fits
+    fits = _fitting(words[asked + 1 :], scene) if asked is not None else ()
+    among = tuple(i for i in wanted if i in fits)
+    if len(among) > 1:
+        return among
+    if wanted or fits:
+        return tuple(wanted) or fits
     return tuple(objects or places)
-
-
-def mentioned_in(text: str, scene: Scene) -> tuple[str, ...]:
-    """Everything that a text names by an id or a name of its own."""
-    objects, places, _ = _names(tokens(text), scene)
-    return (*objects, *places)
-
-
-def _names(words: Sequence[Token], scene: Scene) -> tuple[list[str], list[str], str | None]:
-    """The objects and the places that a text names by an id or a name of their own, and which come first."""
-    objects: dict[str, None] = {}
-    places: dict[str, None] = {}
-    first: str | None = None
-    i = 0
-    while i < len(words):
-        for length in range(min(_LONGEST_NAME, len(words) - i), 0, -1):
-            parts = words[i : i + length]
-            hit = _named(parts, scene)
-            if hit is not None:
-                movable = scene[hit].movable
-                (objects if movable else places).setdefault(hit)
-                first = first or ("object" if movable else "place")
-                i += length
-                break
-        else:
-            i += 1
-    _lists(words, scene, objects, places)
-    return list(objects), list(places), first
-
-
-def _named(parts: Sequence[Token], scene: Scene) -> str | None:
-    """The thing that just these words name: with a number, or by a name that nothing else has."""
-    if any(t.text in {",", ".", "?", "or", "and", ":", "(", ")"} for t in parts) or parts[0].number is not None:
-        return None
-    if lexicon().is_(parts[0].text, "articles", "at", "from", "all") or not any(t.word for t in parts):
-        return None
-    for pool in (scene.objects, scene.places):
-        hits = [e for e in pool if _spelt(parts) in e.keys]
-        if len(hits) == 1:
-            return hits[0].id
-    if parts[-1].number is None:
-        return None
-    ids = _one(parts, scene)
-    return ids[0] if len(ids) == 1 else None
-
-
-def _spelt(parts: Sequence[Token]) -> str:
-    return " ".join(t.number if t.number is not None else t.text for t in parts)
-
-
-def _lists(words: Sequence[Token], scene: Scene, objects: dict[str, None], places: dict[str, None]) -> None:
-    """ "Object 1, 2 or 4", "level 1 or 2": the numbers after a noun that has one already."""
-    for i, t in enumerate(words):
-        if not t.word or i + 1 >= len(words) or words[i + 1].number is None:
-            continue
-        j = i + 2
-        while j < len(words) and (words[j].text in {",", "or", "and"} or words[j].number is not None):
-            if words[j].number is not None:
-                noun = t if not t.text.endswith("s") else replace(t, text=t.text[:-1])
-                for id_ in _one((noun, words[j]), scene)[:1]:
-                    (objects if scene[id_].movable else places).setdefault(id_)
-            j += 1
 
 
 def _asked_noun(words: Sequence[Token], asked: int, scene: Scene) -> str:

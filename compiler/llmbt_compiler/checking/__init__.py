@@ -2,5 +2,6 @@
 
 from llmbt_compiler.checking.contradictions import contradictions
 from llmbt_compiler.checking.request import open_points
+from llmbt_compiler.checking.unknown import unknown_names
 
-__all__ = ["contradictions", "open_points"]
+__all__ = ["contradictions", "open_points", "unknown_names"]

@@ -11,7 +11,9 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
+from llmbt_compiler.checking.phrases import definite
 from llmbt_compiler.parsing import Extent, Goal, ParseResult
+from llmbt_compiler.parsing.mentions import mentioned_in
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
@@ -25,43 +27,35 @@ from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["OpenPoint", "open_points"]
 
-_POINTING = frozenset({"the", "that", "this", "my", "your"})
-_TELLING = frozenset({
-    "left", "right", "next", "beside", "behind", "front", "between", "nearest", "closest", "near", "above", "below",
-    "leftmost", "rightmost", "largest", "smallest", "biggest", "tallest", "top", "bottom", "first", "second", "third",
-    "last", "other", "same", "remaining", "rest", "that", "which", "whose", "with",
-})  # fmt: skip
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
     "currently", "now", "was", "from", "empty",
     "still", "than", "rather", "like", "clear", "free", "stands", "temporarily", "via", "through",
 })  # fmt: skip
 _TURNING = ("negation", "except", "instead", "conditional")
-_MASS = frozenset({"cargo", "good"})
-_AT = frozenset({"on", "in", "at", "from", "of"})
-_ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then"})
 _HUES = frozenset({*COLOURS, "gray", "violet", "cyan", "magenta", "turquoise", "gold", "golden"}) - {"wood"}
 
 
 @dataclass(frozen=True, slots=True)
 class OpenPoint:
-    """Something to ask about, and what the reply took for it (None: the scene lacks it)."""
+    """Something to ask about, and what the goals took for it (None: nothing that could be exchanged in them)."""
 
     diagnostic: Diagnostic
     taken: str | None = None
 
 
 def open_points(
-    request: str, parsed: ParseResult, semantic_map: SemanticMap, library: Library
+    request: str, parsed: ParseResult, semantic_map: SemanticMap, library: Library, said: str = ""
 ) -> tuple[OpenPoint, ...]:
-    """E141 for each phrase of the request that fits several objects and of which the goals take just one; E142 for each
+    """E141 for each phrase of the request that fits several objects and of which the goals, or the steps as they were
+    `said` (a landmark: "to the left of object 2"), take just one; E142 for each
     name in it that the scene lacks; E143 for what it names by its number, and no goal is about; E309 where it asks for
     a relation that the goals leave open. In the order of the request."""
     scene = Scene(semantic_map, library)
     line = " ".join(request.split())[:2000]
     words = tokens(line)
     return (
-        *_points(words, line, parsed.goals, scene),
+        *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
         *_passed_over(words, line, parsed.goals, scene),
         *_relations(words, line, parsed),
     )
@@ -126,24 +120,27 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
         yield OpenPoint(told, place)
 
 
-def _points(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
-    where = {o.id: o.place for o in scene.map.objects}
+def _points(
+    words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene, said: frozenset[str]
+) -> Iterator[OpenPoint]:
     numbered = {i for i in range(len(words) - 1) if _numbered(words, i, scene)}
     named = {e for i in numbered if isinstance(f := _named(words, i, scene), Found) for e in f.ids}
     moved = {a for g in goals for a in g.condition.args}
     spoken_of = set(named)
+    phrases = {m.start: m for m in definite(words, request, scene)}
     for i, t in enumerate(words):
         if i in numbered:
             found = _named(words, i, scene)
             if isinstance(found, Fault) and found.code in {"E301", "E302"}:
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
-        size = _noun_phrase(words, i, scene) if t.text in _POINTING else 0
-        if size:
-            fits = _fitting(words, i, size, scene, where)
-            taken = moved & set(fits)
-            spoken_of |= set(fits) if len(fits) == 1 else set()
+        if i in phrases:
+            fits = phrases[i].ids
+            taken = (moved & set(fits)) or (said & set(fits))
             if len(fits) > 1 and len(taken) == 1 and not spoken_of & set(fits):
-                yield OpenPoint(_several(words[i : i + size], request, fits, *taken), *taken)
+                (one,) = taken
+                told = _several(words[i : phrases[i].end], request, fits, one)
+                yield OpenPoint(told, one if one in moved else None)
+            spoken_of |= set(fits) if len(fits) == 1 else set()
         if t.text in _HUES and t.text not in scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())
             if isinstance(found, Fault) and found.code == "E301":
@@ -169,46 +166,6 @@ def _is_noun(words: Sequence[Token], i: int, scene: Scene) -> bool:
         return False
     known = scene.word(words[i], True).text
     return bool(known) and known not in scene.colours and scene.understood(known, True)
-
-
-def _noun_phrase(words: Sequence[Token], i: int, scene: Scene) -> int:
-    """How many tokens "the green block" takes from its article on; 0 where it is plural, numbered, or told apart by
-    what stands in it or right after it."""
-    j = i + 1
-    while j < len(words) and words[j].word and j - i <= 4:
-        text = words[j].text
-        if text in _TELLING or lexicon().is_(text, "all", "both", "rest", "same") or words[j].number is not None:
-            return 0
-        word = scene.word(words[j], True)
-        if not word.text or word.corrected:
-            return 0
-        if word.text in _MASS:
-            return 0
-        if word.text not in scene.colours:
-            after = words[j + 1] if j + 1 < len(words) else None
-            plain = after is None or (after.number is None and after.text not in _TELLING and after.text != "(")
-            return 0 if word.plural or not plain else j + 1 - i
-        j += 1
-    return 0
-
-
-def _fitting(words: Sequence[Token], i: int, size: int, scene: Scene, where: dict[str, str | None]) -> tuple[str, ...]:
-    """All objects that the phrase fits; only those on the place that is named after it, if some of them are there."""
-    phrase = words[i + 1 : i + size]
-    every = (Token("all", phrase[0].start, phrase[0].start), *phrase)
-    found = resolve_objects(every, scene, Talk())
-    if not isinstance(found, Found):
-        return ()
-    ids = found.ids
-    rest = words[i + size :]
-    if rest and rest[0].text in _AT:
-        end = next((k for k, t in enumerate(rest[1:]) if t.text in _ENDING), len(rest) - 1)
-        for length in range(min(6, end), 0, -1):
-            place = resolve_places(rest[1 : 1 + length], scene, Talk())
-            if isinstance(place, Found) and len(place.ids) == 1 and place.ids[0] in {p.id for p in scene.places}:
-                there = tuple(o for o in ids if scene.within(where.get(o), place.ids[0]))
-                return there or ids
-    return ids
 
 
 def _if(words: Sequence[Token], i: int) -> bool:

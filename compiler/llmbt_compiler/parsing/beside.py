@@ -4,6 +4,7 @@ the second must not be lost silently.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from itertools import pairwise, takewhile
 
@@ -12,9 +13,14 @@ from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.scene import Entity, Scene
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["in_passing", "mentioned", "mentions", "unread"]
+__all__ = ["in_passing", "mentioned", "mentions", "restrictions", "unread"]
 
 _MARKS = frozenset({",", ".", ";", ":"})
+_RESTRICTION = re.compile(
+    r"\b(?:no two|(?:(?:no|not|never) more than|at most) (?:one|two|three|four|five|\d))\s+"
+    r"(?!(?:cm|mm|m|metres?|meters?|s|seconds?|minutes?|times?|degrees?|newtons?|per)\b)[a-z][^,;.]*",
+    re.IGNORECASE,
+)
 _PASSING = frozenset({"past", "via", "across", "along", "beyond"})
 _ASIDE = ("subordinate", "except", "negation", "stative")
 
@@ -58,6 +64,12 @@ def unread(step: LabelledStep, scene: Scene, used: Sequence[Extent]) -> tuple[Ex
         if _free(step, first, last) and not known and not in_passing(parts, first, step, used):
             found.append(extent)
     return tuple(sorted(found))
+
+
+def restrictions(step: LabelledStep) -> tuple[Extent, ...]:
+    """Where a step says how many things may be alike or together ("no two different shapes on the same level"): a
+    conjunction of goals has no word for that, and must not be taken for one that has."""
+    return tuple(Extent(*m.span()) for m in _RESTRICTION.finditer(step.text))
 
 
 def _described(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, Token]]:

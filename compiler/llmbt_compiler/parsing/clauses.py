@@ -279,6 +279,7 @@ def _grouped(spans: Sequence[KeywordSpan]) -> list[list[KeywordSpan]]:
 def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> Clause:
     action = next((s for s in spans if s.label is Kind.ACTION), None)
     phrases = [_phrase(text, s) for s in spans if s.label is not Kind.ACTION]
+    phrases = [_after_verb(p, action) for p in phrases]
     missed = _missed(text, action) if not any(p.kind is Kind.TARGET for p in phrases) else None
     if missed is not None:
         phrases.insert(0, _phrase(text, missed))
@@ -305,6 +306,12 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
         conditional,
         exception,
     )
+
+
+def _after_verb(phrase: Phrase, action: KeywordSpan | None) -> Phrase:
+    """ "Hand over the milk": a word that belongs to the verb says nothing of where the thing behind it is."""
+    known = action is not None and f"{action.text.casefold()}_{phrase.relation}" in lexicon().synonyms
+    return replace(phrase, preposition="", relation="") if known and phrase.kind is Kind.TARGET else phrase
 
 
 def _missed(text: _Text, action: KeywordSpan | None) -> KeywordSpan | None:

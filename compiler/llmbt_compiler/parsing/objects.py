@@ -231,6 +231,8 @@ def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: 
         return Found(tuple(base))
     if len(base) == 1:
         return Found(tuple(base))
+    if d.ordinal is not None and d.ordinal > len(base):
+        return _exactly(d, base, d.ordinal, said)
     if d.ordinal is not None:
         return ambiguous(d, base, said, "the map does not say in which order they count")
     if d.indefinite or d.count == 1:

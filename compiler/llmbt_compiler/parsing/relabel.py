@@ -11,6 +11,7 @@ from dataclasses import replace
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.beside import mentions
 from llmbt_compiler.parsing.forms import asked_for, filled, let_go, listed, place_of_its_own, told_as_placing, wanted_by
+from llmbt_compiler.parsing.headings import from_to, in_turn, named_by_heading
 from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.scene import Scene
@@ -26,6 +27,10 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     """The step with the keywords that its form implies; as it is where its form implies none."""
     if len(step.text) > _LONGEST:
         return step
+    told = from_to(step, scene)
+    if told is not None:
+        return told
+    step = named_by_heading(in_turn(step))
     called = _calls(step, scene)
     if called is not None:
         return called

@@ -12,9 +12,12 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.parsing.beside import mentioned, unread
+from llmbt_compiler.parsing.beside import mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses, extents
+from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.ground import Stop
+from llmbt_compiler.parsing.headings import headed
+from llmbt_compiler.parsing.lacking import lacking
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
 from llmbt_compiler.parsing.names import Found, Talk
@@ -87,6 +90,21 @@ class _Walker(Ordering):
         return frozenset(out)
 
     def after(self, step: LabelledStep) -> _Walker:
+        """The walker after a step. Where it is not understood, what it adds to a name that is clear without it is
+        passed over, unless that names something else."""
+        extent = explanation(step, self.scene) if len(step.text) <= _LONGEST and "," in step.text else None
+        if extent is None:
+            return self.read(step)
+        before, whole, plain = self.errors(), self.fork().read(step), self.fork()
+        if whole.errors() <= before or any(d.code == "E307" for d in whole.diagnostics[len(self.diagnostics) :]):
+            return whole
+        plain = plain.read(without(step, extent))
+        if plain.errors() > before:
+            return whole
+        plain.note(NoteKind.LEFT_OUT, f"`{extent.cut(step.text).strip(' ,')}` only explains", extent)
+        return plain
+
+    def read(self, step: LabelledStep) -> _Walker:
         """The walker after a step: of the ways to read it, the one that the probabilities and the map bear out."""
         if len(step.readings) < 2 or len(step.text) > _LONGEST or not self.scene.snap:
             self.step(step)
@@ -123,6 +141,11 @@ class _Walker(Ordering):
         self.mentioned, self.used = mentioned(step, self.scene, self.scene.objects), []
         self.around = mentioned(step, self.scene, self.scene.places)
         self.ordered = arrangement(step.text) is not None
+        under = headed(step, self.scene)
+        if under is not None:
+            step, place, extent = under
+            self.place = (place, self.turn)
+            self.used.append(extent)
         found = clauses(step)
         self.use(*(t for c in found for p in c.phrases for t in p.parts))
         told = {t.text for t in tokens(step.text)} if not found else set()
@@ -136,6 +159,7 @@ class _Walker(Ordering):
             self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
             return
         before = (self.ledger.acts, self.targets, self.place)
+        earlier = len(self.diagnostics)
         for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
             self.idle = False
             try:
@@ -145,13 +169,27 @@ class _Walker(Ordering):
                 continue
             if self.idle and not self.orders_within(step.text, start, end):
                 self.used.append(Extent(start, end))
-        for extent in unread(step, self.scene, self.used):
+        checks = bool(found) and all(c.action and self.only_checks(c.action) for c in found)
+        told = [
+            Extent(d.span.column - 1, d.span.end_column - 1) for d in self.diagnostics[earlier:] if d.span is not None
+        ]
+        for fault in lacking(step, self.scene, told):
+            self.fault(fault)
+        for extent in () if checks else unread(step, self.scene, self.used):
             words = extent.cut(step.text)
             self.complain(
                 "E314", f"`{words}` is named, and what for is not understood", extent, "", "say it in a step of its own"
             )
+        for extent in () if checks else restrictions(step):
+            title = f"`{extent.cut(step.text)}` restricts what may be done, which goals cannot say"
+            self.complain("E314", title, extent, "", "say which thing is to go where")
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def only_checks(self, action: str) -> bool:
+        """Whether a verb changes nothing ("check that ... stand on level 1"): what it names is not asked for."""
+        verb = read_verb(next(iter(action.split()), "?"), (), self.scene.library)
+        return verb.is_("idle") and not verb.templates
 
     def names_both(self, step: LabelledStep) -> bool:
         """Whether a step without keywords names a thing and a place by their numbers."""

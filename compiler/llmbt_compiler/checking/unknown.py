@@ -1,0 +1,88 @@
+"""Nouns of a request that nothing in the scene goes by: "the wine", "on the balcony".
+
+The keywords of the request itself say what is a thing and what is a place to put it; a sort of things ("a drink") is no
+name, and what a drink is takes knowledge of the world that the model has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from llmbt_atl.library import Library
+from llmbt_compiler.checking.request import OpenPoint
+from llmbt_compiler.keywords.labels import KeywordSpan, Kind
+from llmbt_compiler.parsing import Goal, LabelledStep
+from llmbt_compiler.parsing.mentions import mentioned_in
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.words import Token, closest, lexicon, singulars, tokens
+from llmbt_ir.diagnostics import Diagnostic, Span
+from llmbt_ir.semantic_map import SemanticMap
+
+__all__ = ["unknown_names"]
+
+_SORTS = frozenset({
+    "drink", "beverage", "refreshment", "liquid", "sip", "snack", "food", "meal", "breakfast", "lunch", "dinner",
+    "supper", "bite", "fruit", "sweet", "dessert", "treat", "grocery", "stuff", "content", "mess", "rest", "pile",
+    "stack", "tower", "row", "column", "line", "order", "sequence", "set", "pair", "couple", "group", "collection",
+    "bunch", "lot", "half", "kind", "sort", "type", "colour", "color", "size", "shape", "stock", "load", "freight",
+    "remainder", "contents", "help", "favour", "favor", "hand", "way", "turn", "look", "time", "moment", "minute",
+    "level", "side", "end", "corner", "edge", "middle", "centre", "center", "left", "right", "front", "back", "top",
+    "bottom", "gap", "hole", "space", "room", "storage", "furniture", "surface", "ground", "floor", "air", "robot",
+    "system", "scene", "world", "map", "arrangement", "layout", "instruction", "request", "plan", "job", "task",
+    "thirst", "hunger", "appetite", "mood", "day", "morning", "evening", "night", "one", "ones", "fella", "guy",
+    "bit", "part", "share", "choice", "selection", "option", "preference", "nothing", "none", "neighbour", "neighbor",
+    "number", "letter", "name", "label",
+})  # fmt: skip
+_TURNING = ("negation", "except", "instead", "conditional")
+_THE = frozenset({"the", "my", "your", "our", "a", "an", "some", "that", "this"})
+
+
+def unknown_names(
+    sentences: Sequence[LabelledStep], goals: Sequence[Goal], semantic_map: SemanticMap, library: Library
+) -> Iterator[OpenPoint]:
+    """E142 for each thing, and each place to put it, that is one noun after an article, where that noun is no word of
+    the scene, no sort of things, and near to none of either. Its candidates are what the goals are about in its place.
+    A sentence that denies, excepts or offers a choice is passed over."""
+    scene = Scene(semantic_map, library)
+    said = {i for s in sentences for i in mentioned_in(s.text, scene)}
+    for sentence in sentences:
+        line = tokens(sentence.text)
+        if any(t.text == "or" or lexicon().is_(t.text, *_TURNING) for t in line):
+            continue
+        for span in sentence.spans:
+            noun = _noun(line, span, scene) if span.label in {Kind.TARGET, Kind.DESTINATION} else None
+            if noun is not None:
+                movable = span.label is Kind.TARGET
+                about = dict.fromkeys(a for g in goals for a in g.condition.args if scene[a].movable == movable)
+                yield _lacking(sentence.text, noun, tuple(i for i in about if i not in said))
+
+
+def _lacking(line: str, noun: Token, about: Sequence[str]) -> OpenPoint:
+    taken = about[0] if len(about) == 1 else None
+    title = f"the request names `{noun.text}`, and nothing in the scene goes by that name"
+    label = f"the reply takes {taken} for it" if taken else "not in the map"
+    span = Span("request", 1, noun.start + 1, noun.end + 1, line)
+    hint = f"is {taken} right?" if taken else "say it in other words, or leave it out"
+    return OpenPoint(Diagnostic("E142", title, span, label, hint, candidates=tuple(about)), taken)
+
+
+def _noun(line: Sequence[Token], span: KeywordSpan, scene: Scene) -> Token | None:
+    inside = [i for i, t in enumerate(line) if span.start <= t.start and t.end <= span.end]
+    while inside and (lexicon().is_(line[inside[0]].text, "articles") or line[inside[0]].text in _THE):
+        inside.pop(0)
+    if len(inside) != 1 or inside[0] == 0 or line[inside[0] - 1].text not in _THE:
+        return None
+    i = inside[0]
+    noun, after = line[i], line[i + 1] if i + 1 < len(line) else None
+    ends = after is None or not (after.word or after.number is not None) or lexicon().is_(after.text, "joints", "onto")
+    polite = after is not None and after.text in {"please", "thanks", "over", "from", "on", "in", "for"}
+    if not noun.word or noun.number is not None or noun.owner or not (ends or polite):
+        return None
+    return None if _known(noun, scene) else noun
+
+
+def _known(noun: Token, scene: Scene) -> bool:
+    if noun.text in lexicon().known or any(scene.word(noun, m).text or scene.word(noun, m).near for m in (True, False)):
+        return True
+    generic = _SORTS | frozenset(lexicon().ordinals) | lexicon().function["vessels"] | lexicon().function["users"]
+    return any(form in generic for form in singulars(noun.text)) or bool(closest(noun.text, generic))

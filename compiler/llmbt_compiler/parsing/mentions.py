@@ -1,0 +1,87 @@
+"""What a text names by ids and by names of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
+
+__all__ = ["mentioned_in", "names_in", "one_named"]
+
+_LONGEST_NAME = 6
+_MARKS = frozenset({",", ".", "?", "!", ";", ":", "(", ")", "-", "\u2013", "\u2014", "or", "and"})
+
+
+def mentioned_in(text: str, scene: Scene) -> tuple[str, ...]:
+    """Everything that a text names by an id or a name of its own."""
+    objects, places, _ = names_in(tokens(text), scene)
+    return (*objects, *places)
+
+
+def names_in(words: Sequence[Token], scene: Scene) -> tuple[list[str], list[str], str | None]:
+    """The objects and the places that a text names by an id or a name of their own, and which come first."""
+    objects: dict[str, None] = {}
+    places: dict[str, None] = {}
+    first: str | None = None
+    i = 0
+    while i < len(words):
+        for length in range(min(_LONGEST_NAME, len(words) - i), 0, -1):
+            parts = words[i : i + length]
+            hit = _named(parts, scene)
+            if hit is not None:
+                movable = scene[hit].movable
+                (objects if movable else places).setdefault(hit)
+                first = first or ("object" if movable else "place")
+                i += length
+                break
+        else:
+            i += 1
+    _lists(words, scene, objects, places)
+    return list(objects), list(places), first
+
+
+def _named(parts: Sequence[Token], scene: Scene) -> str | None:
+    """The thing that just these words name: with a number, or by a name that nothing else has."""
+    if any(t.text in _MARKS for t in parts) or parts[0].number is not None:
+        return None
+    if lexicon().is_(parts[0].text, "articles", "at", "from", "all") or not any(t.word for t in parts):
+        return None
+    for pool in (scene.objects, scene.places):
+        hits = [e for e in pool if _spelt(parts) in e.keys]
+        if len(hits) == 1:
+            return hits[0].id
+    if parts[-1].number is None or any(lexicon().is_(t.text, "at", "from", "onto") for t in parts):
+        return None
+    ids = one_named(parts, scene)
+    return ids[0] if len(ids) == 1 else None
+
+
+def _spelt(parts: Sequence[Token]) -> str:
+    return " ".join(t.number if t.number is not None else t.text for t in parts)
+
+
+def _lists(words: Sequence[Token], scene: Scene, objects: dict[str, None], places: dict[str, None]) -> None:
+    """ "Object 1, 2 or 4", "level 1 or 2": the numbers after a noun that has one already."""
+    for i, t in enumerate(words):
+        if not t.word or i + 1 >= len(words) or words[i + 1].number is None:
+            continue
+        j = i + 2
+        while j < len(words) and (words[j].text in {",", "or", "and"} or words[j].number is not None):
+            if words[j].number is not None:
+                noun = t if not t.text.endswith("s") else replace(t, text=t.text[:-1])
+                for id_ in one_named((noun, words[j]), scene)[:1]:
+                    (objects if scene[id_].movable else places).setdefault(id_)
+            j += 1
+
+
+def one_named(parts: Sequence[Token], scene: Scene) -> tuple[str, ...]:
+    for resolve in (resolve_objects, resolve_places):
+        found = resolve(parts, scene, Talk()) if parts else None
+        if isinstance(found, Found) and not {ANYWHERE, ORIGIN} & set(found.ids) and not found.corrected:
+            return found.ids
+    return ()
