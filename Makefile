@@ -38,7 +38,7 @@ demo: setup ## compile and execute the canonical request into runs/demo; an obst
 	$(LLMBT) run "$(CANONICAL)" --scene cargo_sorting -o runs/demo --disturb obstacle_at_place --picture --force
 
 test: .venv/.tested ## the tests that the plain install can run
-	$(THREADS) $(PY) -m pytest -m "not extras"
+	$(THREADS) $(PY) -m pytest -n auto --dist worksteal -m "not extras"
 
 test-extras: .venv/.planners .venv/.llm .venv/.experiments ## the tests that need an optional dependency
 	$(THREADS) $(PY) -m pytest -m extras || [ $$? -eq 5 ]
@@ -69,7 +69,7 @@ bench: .venv/.planners ## the figures of docs/benchmarks.md, other planners and 
 suite: .venv/.tested ## 2,024 problems against six update rules (8 minutes); writes docs/suite.md
 	$(THREADS) $(PY) -m tests.suite --write
 
-evidence: .venv/.tested ## long runs in physics (5 minutes); writes docs/evidence.md
+evidence: .venv/.tested ## long runs in physics (2 hours; python -m tests.evidence --only PART); writes docs/evidence.md
 	$(THREADS) $(PY) -m tests.evidence
 
 cassettes: setup ## make the authored recordings anew from fixtures/replies and the cases of experiments/

@@ -19,7 +19,7 @@ SIGNATURES = Signatures(
     {"pick": ("target", "place"), "wave": (), **{f"a{i}": () for i in range(6)}},
 )
 NAMES = st.sampled_from(
-    ["object_1", "position_12", "potato chips", 'a "quoted" <&> name', "x'y", "ünï", "a\tb\nc", "{x}"]
+    ["object_1", "position_12", "potato chips", 'a "quoted" <&> name', "x'y", "ünï", "a\tb\nc", "x{y}"]
 )
 
 

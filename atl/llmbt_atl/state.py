@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
@@ -53,7 +53,7 @@ class GroundAction:
         return str(self.call)
 
 
-def applicable(action: GroundAction, facts: Facts) -> bool:
+def applicable(action: GroundAction, facts: Container[Condition]) -> bool:
     """Whether Pre(a) holds in a state."""
     return all(holds(c, facts) for c in action.pre)
 

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from llmbt_atl.library import load_library
 from llmbt_ir.condition import Facts, parse_condition
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Span, nearest
+from llmbt_ir.scene import load_scene
+from llmbt_ir.signatures import Signatures
 from llmbt_ir.tree import Kind, Tree, node_id
-from llmbt_ir.tree_xml import TreeFile, read_tree
+from llmbt_ir.tree_xml import GoalRecord, TreeFile, read_tree
 from llmbt_ir.versions import Version, VersionStore
+from llmbt_runtime.record import signatures_of
 
 __all__ = ["Event", "Link", "Run", "Stage", "origin", "read_run", "state_of"]
 
@@ -30,10 +34,12 @@ class Event:
 
 @dataclass(frozen=True)
 class Stage:
-    """One version with what happened until the next: the events after it was installed."""
+    """One version with what happened until the next: the events after it was installed. `library`: the leaves that the
+    run's library has, where the folder tells which that is."""
 
     version: Version
     events: tuple[Event, ...]
+    library: Signatures | None = None
 
     @property
     def name(self) -> str:
@@ -48,7 +54,12 @@ class Stage:
     @cached_property
     def file(self) -> TreeFile:
         """Its tree file."""
-        return read_tree(self.version.path)
+        try:
+            return read_tree(self.version.path)
+        except LlmbtError:  # written by hand, without a TreeNodesModel
+            if self.library is None:
+                raise
+            return read_tree(self.version.path, self.library)
 
     @property
     def tree(self) -> Tree:
@@ -81,6 +92,11 @@ class Run:
     def request(self) -> str:
         """The words of the request, where it is known."""
         return str(self.stages[0].record.get("request") or self.reply.get("request") or "")
+
+    @property
+    def stated(self) -> tuple[GoalRecord, ...]:
+        """The goals, as the first version that names them does: a tree written by hand does not."""
+        return next((goals for s in self.stages if (goals := s.file.provenance.goals)), ())
 
     @property
     def grew(self) -> bool:
@@ -119,14 +135,25 @@ def read_run(folder: Path) -> Run:
             now = str(event.details["version"])
         else:
             under[now].append(event)
+    result = _json(folder / "result.json")
+    library = _leaves(str(result["scene"])) if result.get("scene") else None
     return Run(
         folder,
-        tuple(Stage(v, tuple(under[v.name])) for v in versions),
-        _json(folder / "result.json"),
+        tuple(Stage(v, tuple(under[v.name]), library) for v in versions),
+        result,
         _json(folder / "reply.json"),
         tuple(_json(folder / "conditions.json").get("goals", ())),
         tuple(_json(folder / "steps.json").get("steps", ())),
     )
+
+
+def _leaves(scene: str) -> Signatures | None:
+    """The leaves of a scene's library; None where there is no such scene any more."""
+    try:
+        found = load_scene(scene)
+        return signatures_of(load_library(found.library, beside=Path(found.source).parent))
+    except LlmbtError:
+        return None
 
 
 def _json(path: Path) -> Mapping[str, Any]:
@@ -167,13 +194,15 @@ def state_of(record: Mapping[str, Any]) -> Facts:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """One link of the chain from a node to the request: the node, its part, and the version and edit that made it."""
+    """One link of the chain from a node to the request: the node, its part, the version and edit that made it, and
+    those that moved it since."""
 
     node: str
     label: str
     role: str
     version: str = ""
     step: Mapping[str, Any] | None = None
+    moves: tuple[tuple[str, Mapping[str, Any]], ...] = ()
 
 
 def origin(run: Run, node: str) -> tuple[tuple[Link, ...], ...]:
@@ -218,11 +247,20 @@ def _chain(run: Run, stage: Stage, id_: str) -> tuple[Link, ...]:
     found: list[Link] = []
     seen: set[tuple[str, str]] = set()
     here: str | None = id_
+    newest = stage
     while here is not None and (stage.name, here) not in seen:
         seen.add((stage.name, here))
+        moves = _moves(run, newest, here)
         stage, link, here = _link(run, stage, here)
-        found.append(link)
+        found.append(replace(link, moves=moves))
     return tuple(found)
+
+
+def _moves(run: Run, stage: Stage, id_: str) -> tuple[tuple[str, Mapping[str, Any]], ...]:
+    """The edits up to a version that moved a node, or the Fallback that it heads, in their order."""
+    mine = {id_, node_id(id_, "?")}
+    until = run.stages[: run.stages.index(stage) + 1]
+    return tuple((s.name, e) for s in until for e in s.steps if e.get("kind") == "move" and e.get("node") in mine)
 
 
 def _link(run: Run, stage: Stage, id_: str) -> tuple[Stage, Link, str | None]:

@@ -18,15 +18,17 @@ from llmbt_runtime.chance import chance
 from llmbt_runtime.executor import Settings, execute
 from llmbt_runtime.outcome import Happening, Outcome, Result
 from llmbt_runtime.record import RunFolder, signatures_of
-from llmbt_runtime.search import planner_named
+from llmbt_runtime.search import planner_named, task_of
 from llmbt_runtime.symbolic import SymbolicWorld
 
 __all__ = ["read_problem", "solve_problem"]
 
 
 def read_problem(texts: tuple[str, str], sources: tuple[str, str]) -> PddlProblem:
-    """A PDDL domain and problem. E090-E095."""
-    return import_problem(texts[1], import_domain(texts[0], sources[0]), sources[1])
+    """A PDDL domain and problem, small enough to be written out in ground actions. E090-E096."""
+    problem = import_problem(texts[1], import_domain(texts[0], sources[0]), sources[1])
+    task_of(problem.domain, problem.facts)
+    return problem
 
 
 def solve_problem(

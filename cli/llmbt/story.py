@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from llmbt.history import Event, Link, Run, Stage
 from llmbt_ir.condition import Condition, parse_condition
 from llmbt_ir.tree import Kind, Tree
+from llmbt_runtime.update.local import ALTERNATIVES
 
 __all__ = ["link_lines", "log_document", "log_lines", "request_lines", "stage_lines", "why_document", "why_lines"]
 
 Paint = Callable[[str, str], str]
 BOLD, GREEN, RED, YELLOW, FAINT = "1", "32", "31", "33", "2"
+FACT = re.compile(r"\w+\([^()]*\)")
 RESULT = {"SUCCESS": GREEN, "FAILURE": RED, "HALTED": YELLOW}
 
 
@@ -36,7 +40,8 @@ def request_lines(run: Run) -> Iterator[str]:
     if run.result:
         known = (f"{k} {run.result[k]}" for k in ("scene", "world", "disturb", "seed") if run.result.get(k) is not None)
         yield f"run      {', '.join(known)}"
-    for goal in run.stages[0].file.provenance.goals if run.grew else ():
+        yield "times    simulated; an action is told in the line of its end, with its start"
+    for goal in run.stated if run.grew else ():
         words = (
             f'   {goal.words.replace(": ", chr(58) + " " + chr(34), 1)}"' if ": " in goal.words else f"   {goal.words}"
         )
@@ -49,7 +54,8 @@ def stage_lines(run: Run, stage: Stage, paint: Paint) -> Iterator[str]:
     if not run.grew:
         yield paint(f"{stage.name}  the tree as it was given, ticked as it stands", BOLD)
     elif record.get("parent") is None:
-        yield paint(f"{stage.name}  the goals alone, {_count(stage.tree)}", BOLD)
+        what = "the tree as it was given" if stage.tree.has_actions() else "the goals alone"
+        yield paint(f"{stage.name}  {what}, {_count(stage.tree)}", BOLD)
     else:
         when = f"tick {record.get('tick')}, {record.get('sim_time_s')} s"
         before = len(run.stages[at - 1].tree) if at else 0
@@ -59,8 +65,10 @@ def stage_lines(run: Run, stage: Stage, paint: Paint) -> Iterator[str]:
         yield from _why(record)
         yield from _steps(stage)
         yield from _certificate(stage)
+    hit: list[Event] = []
     for k, event in enumerate(_told(stage.events, _under_way(run, stage))):
-        yield _row("then" if k == 0 else "", _event(event, paint))
+        hit += [event] if event.kind == "disturbance" else []
+        yield _row("then" if k == 0 else "", _event(event, paint) + _with_it(run, stage, event, hit))
 
 
 def _count(tree: Tree) -> str:
@@ -81,20 +89,35 @@ def _steps(stage: Stage) -> Iterator[str]:
     for step in stage.steps:
         kind = str(step.get("kind"))
         reason = str(step.get("reason") or step.get("condition") or "")
-        yield _row(kind, f"{reason}   [{step.get('node')}{' before ' + step['before'] if step.get('before') else ''}]")
+        before = f", put before node {step['before']}" if step.get("before") else ""
+        yield _row(kind, f"{reason}   [node {step.get('node')}{before}]")
         if kind in ("chain", "goals") and step.get("action"):
             yield _row("", f"plan: {str(step['action']).replace(') ', '), ')}")
-        others = step.get("alternatives", ())
+        others = _alternatives(step, 3)
         if others:
-            yield _row("", f"rather than {_some(others, 3)}")
+            yield _row("", f"rather than {others}")
     planner = stage.record.get("planner", {})
     if planner.get("calls"):
-        yield _row("search", f"{planner['calls']} call(s), {planner['expansions']} states expanded")
+        yield _row("search", _search(planner["calls"], planner["expansions"]))
 
 
-def _some(items: Sequence[str], n: int) -> str:
-    rest = len(items) - n
-    return ", ".join(items[:n]) + (f" and {rest} more" if rest > 0 else "")
+def _search(calls: int, expansions: int) -> str:
+    return f"{calls} call{'s' if calls != 1 else ''} of the planner, {expansions} states expanded"
+
+
+def _alternatives(step: Mapping[str, Any], n: int) -> str:
+    """What else would have brought the condition about: what could start at once, and what needs other actions before
+    it. A move takes no action in place of another; the edit that follows it tells what was chosen."""
+    others = tuple(map(str, step.get("alternatives", ()))) if step.get("kind") != "move" else ()
+    shown, rest = others[:n], len(others) - n
+    more = f", and {'at least ' if len(others) == ALTERNATIVES else ''}{rest} more" if rest > 0 else ""
+    if "at_once" not in step:
+        return ", ".join(shown) + more
+    now, later = shown[: step["at_once"]], shown[step["at_once"] :]
+    if not later:
+        return ", ".join(now) + more
+    after = f"(each only after other actions) {', '.join(later)}"
+    return (f"{', '.join(now)}; {after}" if now else after) + more
 
 
 def _certificate(stage: Stage) -> Iterator[str]:
@@ -105,7 +128,9 @@ def _certificate(stage: Stage) -> Iterator[str]:
     if not actions:
         yield _row("it will work", f"in the state observed ({count} facts) the goals hold already")
         return
-    yield _row("it will work", f"from the state observed ({count} facts), by the templates' exact effects, it does")
+    yield _row(
+        "it will work", f"if nothing else happens: from the state observed ({count} facts), by the templates' effects:"
+    )
     purposes = _purposes(stage.tree)
     width = max(len(a) for a in actions)
     for k, action in enumerate(actions, 1):
@@ -174,6 +199,36 @@ def _event(event: Event, paint: Paint) -> str:
     return f"{when:<13} {said}: {event.text}"
 
 
+def _with_it(run: Run, stage: Stage, event: Event, hit: Sequence[Event]) -> str:
+    """What belongs to an event: the disturbance before an action was halted, where a disturbed thing was seen next."""
+    if event.kind == "ended" and event.details.get("result") == "HALTED":
+        since = float(event.details.get("since_s", event.time_s))
+        names = [d.text.partition(":")[0] for d in hit if since <= d.time_s <= event.time_s]
+        return f", after {' and '.join(names)}" if names else ""
+    if event.kind == "disturbance":
+        target = event.text.partition(":")[0].rpartition(" of ")[2]
+        seen = next((s for s in _seen_after(run, stage, event) if any(target in _args(f) for f in s)), ())
+        where = [f for f in seen if target in _args(f)]
+        return f"; seen next: {', '.join(where)}" if where else ""
+    return ""
+
+
+def _seen_after(run: Run, stage: Stage, event: Event) -> Iterator[list[str]]:
+    """What was seen to have begun, each time something was, from an event on."""
+    at = next(k for k, e in enumerate(stage.events) if e is event)
+    for later in stage.events[at + 1 :]:
+        yield FACT.findall(later.text.rpartition("now ")[2]) if later.kind == "deviation" else []
+    for after in run.stages[run.stages.index(stage) + 1 :]:
+        yield FACT.findall(str(after.record.get("cause")).rpartition("now ")[2])
+        for later in after.events:
+            yield FACT.findall(later.text.rpartition("now ")[2]) if later.kind == "deviation" else []
+
+
+def _args(fact: str) -> tuple[str, ...]:
+    condition = parse_condition(fact)
+    return condition.args if condition is not None else ()
+
+
 def log_lines(run: Run, stages: Sequence[Stage], paint: Paint, patch: Callable[[Stage], str] | None) -> Iterator[str]:
     """The whole log; `patch` draws a version's difference to its parent."""
     if stages == run.stages:
@@ -191,6 +246,7 @@ def log_lines(run: Run, stages: Sequence[Stage], paint: Paint, patch: Callable[[
         reason = f": {run.result['reason']}" if run.result.get("reason") else ""
         text = f"{outcome}{reason}; {held} of {len(goals)} goals hold"
         yield paint(text, GREEN if outcome == "SUCCESS" else RED) + _totals(run)
+        yield from _tally(run)
         yield from _left(run)
     elif not run.result and stages == run.stages:
         yield ""
@@ -202,15 +258,30 @@ def _totals(run: Run) -> str:
     return f" ({r.get('ticks')} ticks, {r.get('sim_time_s')} s simulated, {r.get('versions')} versions)"
 
 
+def _tally(run: Run) -> Iterator[str]:
+    """How many actions ended how, and what was searched for besides the versions."""
+    ends = Counter(str(a.get("result")) for a in run.result.get("actions", ()))
+    if ends:
+        yield _row("actions", f"{ends.total()}: {', '.join(f'{ends[end]} {end}' for end in RESULT if ends[end])}")
+    planners = [s.record.get("planner", {}) for s in run.stages]
+    calls = run.result.get("planner_calls", 0) - sum(p.get("calls", 0) for p in planners)
+    if calls > 0:
+        expansions = run.result.get("expansions", 0) - sum(p.get("expansions", 0) for p in planners)
+        yield _row("search", f"{_search(calls, expansions)}, which led to no version")
+
+
 def _left(run: Run) -> Iterator[str]:
     """What the end leaves to be told: goals that do not hold, and how the disturbances were dealt with."""
     for goal in run.result.get("goals", ()):
         if not goal.get("holds"):
             yield _row("not reached", str(Condition(goal["name"], tuple(goal["args"]), bool(goal.get("negated")))))
-    for entry in run.result.get("disturbances", ()):
+    hit = run.result.get("disturbances", ())
+    for entry in hit:
         mended = entry.get("recovered_at_s")
-        end = "was never made good" if mended is None else f"was made good by {mended} s"
+        end = "was never made good" if mended is None else f"was made good at {mended} s"
         yield _row("disturbed", f"{entry['name']} of {entry['target']} at {entry['fired_at_s']} s {end}")
+    if hit:
+        yield _row("", "made good: by the truth what it ended holds again, or a goal about what it happened to")
 
 
 def log_document(run: Run, stages: Sequence[Stage], patch: Callable[[Stage], Any] | None) -> dict[str, Any]:
@@ -245,15 +316,18 @@ def link_lines(run: Run, link: Link) -> Iterator[str]:
     if link.version:
         record = run.stage(link.version).record
         if record.get("parent") is None:
-            yield _row("since", f"{link.version}, the tree that was compiled")
+            yield _row("since", f"{link.version}, the tree that was {'compiled' if run.request else 'given'}")
         else:
             cause = record.get("cause")
             yield _row("since", f"{link.version}, tick {record.get('tick')}, {record.get('sim_time_s')} s: {cause}")
     if link.step:
         yield _row(str(link.step.get("kind")), str(link.step.get("reason") or ""))
-        others = link.step.get("alternatives", ())
+        others = _alternatives(link.step, 4)
         if others:
-            yield _row("rather than", _some(others, 4))
+            yield _row("rather than", others)
+    for version, step in link.moves:
+        record = run.stage(version).record
+        yield _row("moved", f"{version}, tick {record.get('tick')}, {record.get('sim_time_s')} s: {step.get('reason')}")
 
 
 def _asked(run: Run, link: Link) -> dict[str, Any]:
@@ -313,6 +387,7 @@ def why_document(run: Run, chains: Sequence[Sequence[Link]]) -> dict[str, Any]:
                         "role": link.role,
                         "version": link.version,
                         "step": dict(link.step) if link.step else None,
+                        "moves": [{"version": version, "step": dict(step)} for version, step in link.moves],
                     }
                     for link in chain
                 ],

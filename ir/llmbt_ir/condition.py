@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, replace
 
 __all__ = ["ActionCall", "Condition", "Facts", "Goals", "all_hold", "holds", "parse_condition", "satisfied", "show"]
@@ -49,7 +49,7 @@ Facts = frozenset[Condition]
 """A state: the positive literals that hold. What is not in it does not hold (closed world)."""
 
 
-def holds(condition: Condition, facts: Facts) -> bool:
+def holds(condition: Condition, facts: Container[Condition]) -> bool:
     """Whether a literal holds in a state."""
     return (condition.fact in facts) != condition.negated
 
@@ -65,7 +65,7 @@ class ActionCall:
         return show(self.name, self.args)
 
 
-def all_hold(conditions: Iterable[Condition], facts: Facts) -> bool:
+def all_hold(conditions: Iterable[Condition], facts: Container[Condition]) -> bool:
     """Whether every literal holds in a state."""
     return all(holds(c, facts) for c in conditions)
 
@@ -74,6 +74,6 @@ Goals = tuple[tuple[Condition, ...], ...]
 """What is to be reached, in disjunctive normal form: alternatives, each a conjunction of literals."""
 
 
-def satisfied(goals: Goals, facts: Facts) -> bool:
+def satisfied(goals: Goals, facts: Container[Condition]) -> bool:
     """Whether one of the alternatives holds."""
     return any(all_hold(alternative, facts) for alternative in goals)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 
+from llmbt_ir.btcpp.blackboard import Scope, unwritten
 from llmbt_ir.btcpp.nodes import BUILTIN, CONDITIONS_OF_NODES
 from llmbt_ir.condition import ActionCall, Condition, Goals, parse_condition
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span, nearest
@@ -88,7 +89,8 @@ class TreeFile:
 
 
 def write_tree(tree: Tree, signatures: Signatures, provenance: Provenance | None = None) -> bytes:
-    """The canonical XML of a tree: the same tree and provenance give the same bytes."""
+    """The canonical XML of a tree: the same tree and provenance give the same bytes. Precondition: no argument is of
+    the form `{key}`, which would point to the blackboard."""
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<root BTCPP_format="4" main_tree_to_execute="{MAIN}">',
@@ -190,8 +192,9 @@ def parse_tree(data: bytes, source: str, signatures: Signatures | None = None) -
     """Parse a BehaviorTree.CPP 4 file of reactive nodes, conditions and actions.
 
     Leaves are told apart by `signatures`, or else by the file's own TreeNodesModel. Nodes without `_id` get one from
-    their position. Errors: E004 too many nodes, E050 not a BT.CPP 4 file, E051 no such tree, E052 a node this engine
-    does not run, E053 an unknown leaf, E054 wrong ports, E056 SubTrees in a circle, E057 an id twice.
+    their position. SubTrees are written out, their ports resolved. Errors: E004 too many nodes, E050 not a BT.CPP 4
+    file, E051 no such tree, E052 a node this engine does not run, E053 an unknown leaf, E054 wrong ports, E056 SubTrees
+    in a circle, E057 an id twice, E086 an entry that nothing writes.
     """
     root = parse_xml(data, source)
     return _TreeReader(root, source, signatures).read()
@@ -202,6 +205,7 @@ class _TreeReader:
         self.root, self.source = root, source
         self.signatures = signatures or _model_of(root)
         self.known_from = "the library" if signatures else "the file's TreeNodesModel"
+        self.defaults = _defaults_of(root)
         self.nodes: dict[str, Node] = {}
         self.lines: dict[str, int] = {}
         self.faults: list[Diagnostic] = []
@@ -241,23 +245,23 @@ class _TreeReader:
         """Build the table without recursing: elements are visited in pre-order, children filled in as they end."""
         children: dict[str, list[str]] = {}
         top: str | None = None
-        stack: list[tuple[Element, str | None, str, tuple[str, ...], bool]] = []
-
-        stack.extend(self.body(trees, main, None, "n", (), trees[main]))
+        stack = self.body(trees, main, None, "n", (), trees[main], Scope())
         visited = 0
         while stack:
-            element, parent, path, within, negated = stack.pop()
+            element, parent, path, within, negated, scope = stack.pop()
             visited += 1
             self.limits(element, visited, len(within))
             if not self.shape(element, negated):
                 continue
             if element.tag == "SubTree":
-                stack.extend(self.body(trees, str(element.get("ID")), parent, path, within, element))
+                name = str(element.get("ID"))
+                inside = scope.below(_pairs(element), self.defaults.get(name, {}))
+                stack.extend(self.body(trees, name, parent, path, within, element, inside))
                 continue
             if element.tag == INVERTER:
-                stack.append((element[0], parent, path, within, not negated))
+                stack.append((element[0], parent, path, within, not negated, scope))
                 continue
-            node = self.node(element, path, negated)
+            node = self.node(element, path, negated, scope)
             if node is None:
                 continue
             if node.id in self.nodes:
@@ -275,7 +279,7 @@ class _TreeReader:
                 if len(path) > 200:
                     path = sha256(path.encode()).hexdigest()
                 stack.extend(
-                    (below[i], node.id, f"{path}.{i + 1}", within, False) for i in range(len(below) - 1, -1, -1)
+                    (below[i], node.id, f"{path}.{i + 1}", within, False, scope) for i in range(len(below) - 1, -1, -1)
                 )
         for id_, found in children.items():
             node = self.nodes[id_]
@@ -290,7 +294,8 @@ class _TreeReader:
         path: str,
         within: tuple[str, ...],
         at: Element,
-    ) -> list[tuple[Element, str | None, str, tuple[str, ...], bool]]:
+        scope: Scope,
+    ) -> list[tuple[Element, str | None, str, tuple[str, ...], bool, Scope]]:
         """What stands in the <BehaviorTree> of a name, to be built where `at` is; nothing where that is a fault."""
         if name not in trees:
             self.fault("E051", f"no <BehaviorTree> named `{name}`", at)
@@ -299,7 +304,7 @@ class _TreeReader:
         elif len(trees[name]) != 1:
             self.fault("E050", f"<BehaviorTree ID={name!r}> must have exactly one child, not {len(trees[name])}", at)
         else:
-            return [(trees[name][0], parent, path, (*within, name), False)]
+            return [(trees[name][0], parent, path, (*within, name), False, scope)]
         return []
 
     def limits(self, element: Element, visited: int, nested: int) -> None:
@@ -327,7 +332,7 @@ class _TreeReader:
             return True
         return False
 
-    def node(self, element: Element, path: str, negated: bool) -> Node | None:
+    def node(self, element: Element, path: str, negated: bool, scope: Scope) -> Node | None:
         tag = str(element.tag)
         id_ = element.get("_id") or node_id("n", path)
         if tag in (Kind.SEQUENCE.value, Kind.FALLBACK.value):
@@ -355,7 +360,7 @@ class _TreeReader:
             if set(ports) != set(table[name]):
                 self.fault("E054", f"`{name}` takes {', '.join(table[name]) or 'no ports'}", element)
                 return None
-            args = tuple(ports[p] for p in table[name])
+            args = tuple(self.value(element, p, ports[p], scope) for p in table[name])
             if kind is Kind.CONDITION:
                 return Node(id_, kind, condition=Condition(name, args, negated))
             if negated:
@@ -375,6 +380,13 @@ class _TreeReader:
             close,
         )
         return None
+
+    def value(self, element: Element, port: str, text: str, scope: Scope) -> str:
+        found = scope.value(port, text)
+        if found is None:
+            title, hint = unwritten(port, text, in_subtree=scope.above is not None)
+            self.fault("E086", f"<{element.tag}>: {title}", element, hint)
+        return found or ""
 
     def ports(self, name: str) -> tuple[str, ...]:
         return self.signatures.conditions.get(name) or self.signatures.actions.get(name) or ()
@@ -409,3 +421,15 @@ def _model_of(root: Element) -> Signatures:
         for n in root.iterfind(f"TreeNodesModel/{kind}"):
             table[str(n.get("ID"))] = tuple(str(p.get("name")) for p in n if p.tag in ("input_port", "inout_port"))
     return Signatures(conditions, actions)
+
+
+def _pairs(element: Element) -> list[tuple[str, str]]:
+    return [(str(k), str(v)) for k, v in element.attrib.items()]
+
+
+def _defaults_of(root: Element) -> dict[str, dict[str, str]]:
+    """The defaults that a file's TreeNodesModel gives the ports of each SubTree."""
+    return {
+        str(n.get("ID")): {str(p.get("name")): str(p.get("default")) for p in n if p.get("default") is not None}
+        for n in root.iterfind("TreeNodesModel/SubTree")
+    }

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from llmbt_atl.state import Domain, GroundAction, apply
+from llmbt_atl.state import Domain, GroundAction
 from llmbt_ir.condition import ActionCall, Condition, Facts, Goals, holds, satisfied
 from llmbt_ir.tree import Tree
 from llmbt_runtime.engine.ticker import Ticker
@@ -20,7 +20,7 @@ from llmbt_runtime.search import OutOfBudget, Planner, Unsolvable
 from llmbt_runtime.tick import NodeStatus
 from llmbt_runtime.update.loop import Grown, Kept, update
 from llmbt_runtime.update.prune import prune
-from llmbt_runtime.update.rollout import perceived
+from llmbt_runtime.view import View
 from llmbt_runtime.world import ActionReport, Status, World, WorldLostError
 
 __all__ = ["Change", "Settings", "Updater", "execute"]
@@ -62,7 +62,8 @@ class Updater(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A change of the tree to be kept as a version: what was observed, and the certified tree that follows."""
+    """A change of the tree to be kept as a version: what was observed, and the certified tree that follows. Planner
+    calls and expansions are all since the version before, those that led to no version too."""
 
     tick: int
     time_s: float
@@ -71,6 +72,8 @@ class Change:
     ended: Facts
     facts: Facts
     grown: Grown
+    planner_calls: int = 0
+    expansions: int = 0
 
 
 def execute(
@@ -116,11 +119,12 @@ class _Run:
         self.ticks = self.updates = self.planner_calls = self.expansions = 0
         self.executed: list[Executed] = []
         self.running: tuple[str, GroundAction, float] | None = None
-        self.believed: Facts | None = None
-        self.expected: Facts = frozenset()
+        self.view = View(world)
+        self.certified = False
         self.began: Facts = frozenset()
         self.failures = Failures(settings.attempts)
         self.told_disturbances = self.disagreed = 0
+        self.told_search = 0, 0
 
     # -- the loop -------------------------------------------------------------------------------------------------
 
@@ -142,23 +146,23 @@ class _Run:
 
     def step(self) -> Result | None:
         """One tick of the tree; None while there is more to do."""
-        facts = self.look()
-        if self.believed is None or not self.as_predicted(facts):
-            ended = self.certify(facts)
+        self.view.look()
+        if not (self.certified and self.view.as_expected(self.running[1] if self.running else None)):
+            ended = self.certify()
             if ended is not None:
                 return ended
-            if self.believed is None:
+            if not self.certified:
                 # nothing is certified: go on with what runs, and start nothing
                 self.advance()
                 return None
-            facts = self.look()
-        record = self.ticker.tick(self.tree, facts)
+            self.view.look()
+        record = self.ticker.tick(self.tree, self.view.shown)
         if record.status is NodeStatus.SUCCESS:
             self.stop("the goals hold")
             return self.check_success()
         if record.action is None:
             # what was certified fails all the same: observe and certify again
-            self.believed = None
+            self.certified = False
             self.advance()
             return None
         call = self.tree[record.action].action
@@ -170,10 +174,6 @@ class _Run:
             self.begin(record.action, call)
         self.advance()
         return None
-
-    def look(self) -> Facts:
-        """What the tree's conditions see now."""
-        return perceived(self.world.observe(), self.running[1] if self.running else None)
 
     def advance(self) -> None:
         """One tick of the world; the end of an action is noted."""
@@ -191,6 +191,7 @@ class _Run:
         self.began = self.world.observe()
         self.world.start(call)
         self.running = (node, action, self.world.time_s)
+        self.view.runs(action)
         self.say("started", str(call), action=str(call), node=node)
 
     def finish(self, report: ActionReport) -> None:
@@ -198,6 +199,7 @@ class _Run:
         assert self.running is not None
         _, action, since = self.running
         self.running = None
+        self.view.runs(None)
         observed = self.world.observe()
         reason = shortfall(action, self.began, observed, report) or self.failures.came_back(observed)
         result = "FAILURE" if reason else "SUCCESS"
@@ -205,12 +207,12 @@ class _Run:
         text = f"{action.call}: {result}" + (f" ({reason})" if reason else "")
         self.say("ended", text, result=result, reason=reason)
         if reason:
-            self.believed = None
+            self.certified = False
             self.failures.failure(action.call, reason, observed)
             return
         self.failures.success(action.call)
-        if self.believed is not None:
-            self.believed = self.expected = apply(action, self.believed)
+        if self.certified:
+            self.view.expect(action)
 
     def stop(self, why: str) -> None:
         """Halt the running action and wait until it has come out of its contact phase."""
@@ -224,25 +226,16 @@ class _Run:
                 self.finish(report)
                 return
         self.running = None
-        self.believed = None
+        self.view.runs(None)
+        self.certified = False
         self.executed.append(Executed(action.call, "HALTED", why, since, self.world.time_s))
         self.say("ended", f"{action.call}: HALTED ({why})", result="HALTED", reason=why)
 
     # -- prediction and update ------------------------------------------------------------------------------------
 
-    def as_predicted(self, facts: Facts) -> bool:
-        """Whether what is seen is what the certificate predicts: the believed state, less what the running action is
-        about to end."""
-        assert self.believed is not None
-        if facts == self.believed:
-            return True
-        if self.running is None:
-            return False
-        action = self.running[1]
-        return facts <= self.believed and self.believed - facts <= action.deletes
-
-    def certify(self, facts: Facts) -> Result | None:
+    def certify(self) -> Result | None:
         """Certify the installed tree from what is seen, or install one that is; None when it may act."""
+        facts = self.view.facts
         found = self.updated(facts)
         if found is None:
             return None
@@ -281,18 +274,21 @@ class _Run:
 
     def install(self, found: Grown, facts: Facts) -> None:
         """Keep a certified tree as a version, then let it act."""
-        first = self.updates == 0 and not self.expected
-        began, ended = (frozenset(), frozenset()) if first else (facts - self.expected, self.expected - facts)
+        first = not self.view.expects
+        began, ended = self.view.began, self.view.ended
         cause = "the goals do not hold yet" if first else self.cause(began, ended)
-        version = self.keep(Change(self.ticks, self.world.time_s, cause, began, ended, facts, found))
-        self.put(found, facts, version, cause)
+        calls, expansions = self.planner_calls - self.told_search[0], self.expansions - self.told_search[1]
+        self.told_search = self.planner_calls, self.expansions
+        change = Change(self.ticks, self.world.time_s, cause, began, ended, facts, found, calls, expansions)
+        version = self.keep(change)
+        self.put(found, version, cause)
         if len(self.tree) > self.settings.max_nodes:
             self.prune(found, facts)
 
-    def put(self, found: Grown, facts: Facts, version: str, cause: str) -> None:
+    def put(self, found: Grown, version: str, cause: str) -> None:
         self.tree = found.tree
         self.updates += 1
-        self.accept(facts)
+        self.accept()
         edits = [s.told() for s in found.steps]
         self.say("update", f"{version}: {cause}", version=version, nodes=len(found.tree), edits=edits)
 
@@ -304,15 +300,15 @@ class _Run:
             cause = f"the tree has {len(self.tree)} nodes, more than {self.settings.max_nodes}"
             nothing: Facts = frozenset()
             version = self.keep(Change(self.ticks, self.world.time_s, cause, nothing, nothing, facts, smaller))
-            self.put(smaller, facts, version, cause)
+            self.put(smaller, version, cause)
 
     def updated(self, facts: Facts) -> Grown | Unsolvable | OutOfBudget | None:
         """What the update loop says of the tree from these facts; None where it serves as it is."""
         self.failures.forgive(facts)
         found = self.asked(facts, frozenset(self.failures.excluded))
         if isinstance(found, Kept):
-            self.note_deviation(facts)
-            self.accept(facts)
+            self.note_deviation()
+            self.accept()
             return None
         return found
 
@@ -333,25 +329,27 @@ class _Run:
             self.expansions += found.expansions
         return found
 
-    def note_deviation(self, facts: Facts) -> None:
+    def note_deviation(self) -> None:
         """Tell what was not predicted and needs no other tree."""
         under_way = self.running[1].deletes if self.running else frozenset()
-        began, ended = facts - self.expected, self.expected - facts - under_way
-        if self.expected and (began or ended):
+        began, ended = self.view.began, self.view.ended - under_way
+        if began or ended:
             text = f"{self.cause(began, ended)}: the tree serves as it is"
             self.say("deviation", text, began=[str(f) for f in sorted(began)], ended=[str(f) for f in sorted(ended)])
 
-    def accept(self, facts: Facts) -> None:
-        self.believed = self.expected = facts
+    def accept(self) -> None:
+        """From what is seen now the installed tree is certified."""
+        self.view.accept()
+        self.certified = True
 
     def calm(self) -> Facts:
         """The facts once they have stayed the same for a while and nothing moves, or after a bounded wait."""
-        facts, same = self.look(), 0
+        facts, same = self.view.look().facts, 0
         for _ in range(self.settings.patience_ticks):
             if same >= self.settings.calm_ticks and self.world.at_rest:
                 break
             self.advance()
-            now = self.look()
+            now = self.view.look().facts
             same = same + 1 if now == facts else 0
             facts = now
         return facts
@@ -377,7 +375,7 @@ class _Run:
         truth = self.world.truth()
         if satisfied(self.goals, truth):
             return self.end(Outcome.SUCCESS, "")
-        self.believed = None
+        self.certified = False
         self.ticks += 1
         self.disagreed = self.disagreed + 1 if satisfied(self.goals, self.world.observe()) else 0
         if self.disagreed < self.settings.disagreements:
@@ -405,8 +403,8 @@ class _Run:
         log = self.world.disturbances()
         for d in log[self.told_disturbances :]:
             broke = ", ".join(str(c) for c in d.broke)
-            self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""))
+            self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""), d.fired_at_s)
         self.told_disturbances = len(log)
 
-    def say(self, kind: str, text: str, **details: object) -> None:
-        self.tell(Happening(kind, self.world.time_s, text, details))
+    def say(self, kind: str, text: str, at_s: float | None = None, **details: object) -> None:
+        self.tell(Happening(kind, self.world.time_s if at_s is None else at_s, text, details))

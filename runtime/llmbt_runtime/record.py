@@ -54,7 +54,7 @@ class RunFolder:
             "observed": {"began": _texts(change.began), "ended": _texts(change.ended)},
             "failed_condition": _failed(change.grown.steps),
             "steps": [_step_record(s) for s in change.grown.steps],
-            "planner": {"calls": change.grown.planner_calls, "expansions": change.grown.expansions},
+            "planner": {"calls": change.planner_calls, "expansions": change.expansions},
             "nodes": len(change.grown.tree),
             "certificate": {
                 "actions": [str(a) for a in certificate.actions],
@@ -111,6 +111,7 @@ def _step_record(step: Step) -> dict[str, Any]:
         record["before"] = step.before
     if step.alternatives:
         record["alternatives"] = list(step.alternatives)
+        record["at_once"] = step.at_once
     record["reason"] = step.reason
     return record
 

@@ -10,9 +10,10 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from llmbt_atl.state import Domain, GroundAction, applicable, apply
+from llmbt_atl.state import Domain, GroundAction, applicable
 from llmbt_ir.condition import ActionCall, Condition, Facts, holds
 from llmbt_runtime.chance import Chance
+from llmbt_runtime.facts import Change, FactBase
 from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status, Vec3
 
 __all__ = ["Event", "SymbolicWorld"]
@@ -57,7 +58,7 @@ class SymbolicWorld:
         """`ticks` bounds how long an action lasts, both included; a disturbance is over once a goal about its target
         holds, too."""
         self._domain = domain
-        self._facts = facts
+        self._state = FactBase(facts)
         self._rng = rng
         self._ticks = ticks
         self._failure_rate = failure_rate
@@ -84,28 +85,34 @@ class SymbolicWorld:
 
     def observe(self) -> Facts:
         """The facts."""
-        return self._facts
+        return self._state.facts
+
+    def changes(self) -> Change:
+        """What was written to the facts since this was last asked."""
+        return self._state.take()
 
     def truth(self) -> Facts:
         """The facts."""
-        return self._facts
+        return self._state.facts
 
     def start(self, action: ActionCall) -> None:
         """Begin an action (ValueError where the domain has none such). It fails where its Pre does not hold."""
-        self._domain = self._domain.for_state(self._facts)
         ground = self._domain.action(action)
+        if ground is None:  # it may be about a thing that has turned up
+            self._domain = self._domain.for_state(self._state.facts)
+            ground = self._domain.action(action)
         if ground is None:
             raise ValueError(f"the domain has no action {action}")
         if self._running is not None:
             raise RuntimeError("an action is running")
         self._running = ground
         self._left = self._lasts = int(self._rng.integers(self._ticks[0], self._ticks[1] + 1))
-        self._failing = bool(self._rng.random() < self._failure_rate) or not applicable(ground, self._facts)
+        self._failing = bool(self._rng.random() < self._failure_rate) or not applicable(ground, self._state)
         touched = ground.deletes | ground.adds
         positive = frozenset(c for c in ground.start if not c.negated) - frozenset(ground.hold)
-        self._suspended = positive & touched & self._facts
+        self._suspended = frozenset(c for c in positive & touched if c in self._state)
         if not self._failing:
-            self._facts = self._facts - self._suspended
+            self._state.write(self._suspended, ())
 
     def halt(self) -> bool:
         """Stop at once: what the action had ended for a while holds again."""
@@ -115,7 +122,7 @@ class SymbolicWorld:
         return True
 
     def _restore(self) -> None:
-        self._facts = self._facts | self._suspended
+        self._state.write((), self._suspended)
         self._suspended = frozenset()
 
     def advance(self) -> ActionReport:
@@ -129,12 +136,12 @@ class SymbolicWorld:
         if self._left > 0:
             return ActionReport(Status.RUNNING)
         self._running = None
-        broken = [c for c in action.hold if not holds(c, self._facts)]
+        broken = [c for c in action.hold if not holds(c, self._state)]
         if self._failing or broken:
             self._restore()
             return ActionReport(Status.FAILURE, "failed" if self._failing else f"lost {broken[0]}")
         self._suspended = frozenset()
-        self._facts = apply(action, self._facts)
+        self._state.write(action.deletes, action.adds)
         self._grasps += any(f.name == "Holding" for f in action.adds)
         self._succeeded[action.call.name] += 1
         self._recovered()
@@ -147,10 +154,9 @@ class SymbolicWorld:
             if event.group in fired or not self._due(event):
                 waiting.append(event)
                 continue
-            before = self._facts
-            self._facts = (before - event.removes) | event.adds
+            broke = tuple(sorted(f for f in event.removes - event.adds if f in self._state))
+            self._state.write(event.removes, event.adds)
             self._suspended = self._suspended - event.removes
-            broke = tuple(sorted(before - self._facts))
             self._log = (*self._log, Disturbed(event.name, event.target, self.time_s, broke))
             fired |= {event.group} if event.group else set()
         self._events = tuple(e for e in waiting if e.group not in fired)
@@ -162,13 +168,13 @@ class SymbolicWorld:
             return False
         if event.after and self._succeeded[event.after] < event.count:
             return False
-        return all(holds(c, self._facts) for c in event.when)
+        return all(holds(c, self._state) for c in event.when)
 
     def _recovered(self) -> None:
-        reached = {arg for g in self._goals if holds(g, self._facts) for arg in g.args}
+        reached = {arg for g in self._goals if holds(g, self._state) for arg in g.args}
         self._log = tuple(
             replace(d, recovered_at_s=self.time_s)
-            if d.recovered_at_s is None and d.broke and (set(d.broke) <= self._facts or d.target in reached)
+            if d.recovered_at_s is None and d.broke and (all(c in self._state for c in d.broke) or d.target in reached)
             else d
             for d in self._log
         )

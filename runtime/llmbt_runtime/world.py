@@ -12,6 +12,7 @@ from enum import StrEnum
 from typing import Protocol
 
 from llmbt_ir.condition import ActionCall, Condition, Facts
+from llmbt_runtime.facts import Change
 
 __all__ = ["TICK_S", "ActionReport", "Disturbed", "Status", "World", "WorldLostError"]
 
@@ -68,6 +69,10 @@ class World(Protocol):
 
     def observe(self) -> Facts:
         """The facts that the tree's conditions see; what is missing does not hold."""
+
+    def changes(self) -> Change:
+        """The difference between what `observe` gives now and what it gave when this was last asked (by whom ever; at
+        first all that holds), at the cost of what changed where the world can."""
 
     def truth(self) -> Facts:
         """The facts as they are, whatever the running action withholds; for scoring."""

@@ -49,3 +49,30 @@ def test_capture_and_map(llmbt: Run, tmp_path: Path) -> None:
 def test_mistakes(llmbt: Run, tmp_path: Path, arguments: tuple[str, ...], code: int, says: str) -> None:
     answer = llmbt(*(tmp_path / a if a == "o" else a for a in arguments))
     assert answer.code == code and says in answer.err
+
+
+@pytest.mark.parametrize(
+    ("of", "by", "code"),
+    [
+        pytest.param(1, 1000.0, "W453", id="millimetres"),
+        pytest.param(200_000, 1.0, "W454", id="a few points"),
+        pytest.param(100, 1.0, "W454", id="sparse"),
+        pytest.param(2, 1.0, None, id="as it should be"),
+    ],
+)
+def test_a_cloud_that_can_hardly_be_of_the_scene_is_doubted(
+    llmbt: Run, tmp_path: Path, of: int, by: float, code: str | None
+) -> None:
+    """Every so many-th point, scaled."""
+    import numpy as np
+
+    from llmbt.vision import capture_start
+    from llmbt_ir.scene import load_scene
+
+    xyz = by * capture_start(load_scene("cargo_sorting"))[1].cloud.xyz_m[::of]
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(xyz)}\n"
+    head += "".join(f"property double {a}\n" for a in "xyz") + "end_header"
+    np.savetxt(tmp_path / "own.ply", xyz, "%.5f", header=head, comments="")
+    told = llmbt("scene", "map", "cargo_sorting", tmp_path / "own.ply", "--json")
+    assert told.code == 0 and [d["code"] for d in told.json["diagnostics"]] == ([code] if code else [])
+    assert bool(told.json["objects"]) == (code is None)

@@ -11,9 +11,9 @@ from llmbt_ir.btcpp.document import parse_document
 from llmbt_ir.condition import Condition, Facts
 from llmbt_ir.signatures import Signatures
 from llmbt_runtime.engine.engine import Engine, Leaves, tick_once
-from llmbt_runtime.engine.facts import change_between
 from llmbt_runtime.engine.load import program_of_document
 from llmbt_runtime.engine.program import Op, Program
+from llmbt_runtime.facts import change_between
 from llmbt_runtime.tick import NodeStatus
 
 FLAGS = tuple(f"P{i}" for i in range(6))

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.bench.engines import GOALS, MADE, SCENARIOS, situation
+from tests.bench.loops import in_a_world
 
 RUN = Path(__file__).parents[1] / "tree" / "runs" / "obstacle_at_place"
 SHAPES = (("97", None), ("v001", str(RUN)), ("v002", str(RUN)))
@@ -30,7 +31,7 @@ def test_every_engine_does_the_same(engine: str, shape: str, run: str | None, sc
     for subject in subjects:
         for _ in range(6):
             subject.tick()
-    if engine not in ("incremental", "compared"):
+    if engine != "incremental":
         assert subjects[0].evaluations == subjects[1].evaluations
 
 
@@ -44,3 +45,11 @@ def test_where_every_node_is_to_be_visited_every_node_is(shape: str, run: str | 
 
 def test_sizes() -> None:
     assert [len(situation(s, "nothing", None).tree) for s in GOALS] == [int(s) for s in GOALS]
+
+
+@pytest.mark.parametrize("update", [False, True])
+def test_the_executors_own_tick_is_measured_against_a_world(update: bool) -> None:
+    """Told of nothing it evaluates nothing; of one fact, the condition that looks at it."""
+    for scenario, evaluations in (("nothing", 0), ("one", 1)):
+        found = in_a_world(situation("97", scenario, None), None, update=update)
+        assert found["evaluations"] == evaluations and found["us"] > 0

@@ -12,7 +12,7 @@ from llmbt_ir.signatures import Signatures
 from llmbt_runtime.engine.load import BUILT_IN, program_of_document
 from llmbt_runtime.engine.program import Op, Program
 from tests.engine.cases import Case, ours
-from tests.engine.test_equality import as_told, real
+from tests.engine.equality import as_told, real
 
 SIGNATURES = Signatures({"On": ("target", "place"), "P0": ()}, {"pick": ("target", "place"), "a0": ()})
 

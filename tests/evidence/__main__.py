@@ -1,87 +1,66 @@
-"""`make evidence`: long runs in physics, written to docs/evidence.md with their date and what they ran on."""
+"""`make evidence`: long runs in physics; each part writes its section of docs/evidence.md.
+
+A run that has been done with the same code is taken from runs/evidence, where the folders of failures are kept, too.
+"""
 
 from __future__ import annotations
 
 import argparse
 import itertools
-import platform
 import statistics
 import tempfile
 import time
-from collections.abc import Iterator
-from datetime import UTC, datetime
-from math import hypot
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from llmbt.compilation import Request, compile_into
 from llmbt.execution import Order, execute_tree, load_tree, read_state
 from llmbt.progress import Progress
-from llmbt_compiler.reasoning.author import read_replies
 from llmbt_ir.diagnostics import LlmbtError
-from llmbt_ir.scene import load_scene
+from llmbt_ir.scene import Scene
 from llmbt_ir.versions import VersionStore
 from llmbt_runtime.update.rollout import Certificate, rollout
+from tests.evidence import recognition
+from tests.evidence.campaign import CAMPAIGNS, offsets_mm
+from tests.evidence.grasping import grasping
+from tests.evidence.ledger import ROOT
+from tests.evidence.page import told_by, write_section
+from tests.evidence.tasks import CANONICAL, dialogue, dialogues
 
-ROOT = Path(__file__).resolve().parents[2]
-CANONICAL = "sort_by_colour"
+PAGE = ROOT / "docs" / "evidence.md"
 DISTURBANCES = ("drop", "obstacle_at_place", "obstacle_at_pick", "placed_object_moved")
-QUIET = Progress(quiet=True)
 Case = tuple[str, str, int]
 """A dialogue's name, a disturbance, a seed."""
 
 
-def compiled(name: str, folder: Path) -> tuple[str, Path]:
-    """A shipped dialogue's scene and tree."""
-    dialogue = next(d for d in read_replies(ROOT / "fixtures" / "replies" / "replies.xml") if d.name == name)
-    into = folder / f"compiled-{name}"
-    compile_into(Request(dialogue.request, dialogue.scene, answers=dialogue.answers), into, QUIET)
-    return dialogue.scene, into / "tree.v000.xml"
-
-
-def run(scene: str, tree: Path, into: Path, disturb: str, seed: int) -> dict[str, Any]:
-    """One physical run."""
-    order = Order(load_scene(scene), "bullet", seed, disturb)
-    return execute_tree(tree.read_bytes(), str(tree), into, order, QUIET)
-
-
-def versions_restart(scene: str, folder: Path) -> bool:
+def versions_restart(scene: Scene, folder: Path) -> bool:
     """Whether every version reaches the goals from the state it was made for."""
     for version in VersionStore(folder).versions()[1:]:
-        file, _, domain, goals = load_tree(version.path.read_bytes(), str(version.path), load_scene(scene))
+        file, _, domain, goals = load_tree(version.path.read_bytes(), str(version.path), scene)
         facts = read_state(version.path.with_suffix(".json"))
         if not isinstance(rollout(file.tree, domain.for_state(facts), facts, goals), Certificate):
             return False
     return True
 
 
-def error_mm(result: dict[str, Any]) -> float:
-    """The largest horizontal distance of a placed object from its place's centre."""
-    worst = 0.0
-    for goal in result["goals"]:
-        if goal["name"] == "On" and goal["args"][1].startswith("position"):
-            x, y, _ = result["objects"][goal["args"][0]]["xyz_m"]
-            px, py, _ = result["places"][goal["args"][1]]["xyz_m"]
-            worst = max(worst, 1000 * hypot(x - px, y - py))
-    return worst
-
-
-def rows(cases: list[Case], folder: Path) -> Iterator[tuple[Case, dict[str, Any], bool]]:
+def rows(cases: list[Case]) -> Iterator[tuple[Case, dict[str, Any], bool]]:
     """Run cases, telling each."""
     for k, (name, disturb, seed) in enumerate(cases, 1):
-        scene, tree = compiled(name, folder / f"c{k}")
-        into = folder / f"run{k}"
+        task = dialogue(name)
         start = time.monotonic()
-        result = run(scene, tree, into, disturb, seed)
-        restart = versions_restart(scene, into)
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = Path(scratch)
+            order = Order(task.scene, "bullet", seed, disturb)
+            result = execute_tree(task.tree, "tree.xml", folder, order, Progress(quiet=True))
+            restart = versions_restart(task.scene, folder)
         seconds = time.monotonic() - start
         print(f"{k:3d}/{len(cases)} {name} {disturb} {seed}: {result['outcome']}, {seconds:.1f} s", flush=True)
         yield (name, disturb, seed), result, restart
 
 
-def table(title: str, cases: list[Case], folder: Path) -> list[str]:
+def table(title: str, cases: list[Case]) -> list[str]:
     """A table by request and disturbance."""
-    found = list(rows(cases, folder))
+    found = list(rows(cases))
     lines = [
         f"## {title}",
         "",
@@ -94,58 +73,64 @@ def table(title: str, cases: list[Case], folder: Path) -> list[str]:
         results = [r for _, r, _ in rs]
         won = sum(r["outcome"] == "SUCCESS" for r in results)
         broke = sum(bool(r["disturbances"]) and all(d["broke"] for d in r["disturbances"]) for r in results)
+        off = max((mm for r in results for mm in offsets_mm(r)), default=0.0)
         lines.append(
             f"| {name} | {disturb} | {won}/{len(rs)} | {'' if disturb == 'none' else f'{broke}/{len(rs)}'} | "
             f"{sum(ok for _, _, ok in rs)}/{len(rs)} | {statistics.median(r['updates'] for r in results):g} | "
             f"{max(r['sim_time_s'] for r in results):.1f} | "
-            f"{statistics.median(r['wall_time_s'] for r in results):.1f} | {max(map(error_mm, results)):.1f} |"
+            f"{statistics.median(r['wall_time_s'] for r in results):.1f} | {off:.1f} |"
         )
         for key, r, _ in rs:
             if r["outcome"] != "SUCCESS":
                 lines.append(f"| | seed {key[2]} | {r['outcome']}: {r.get('reason', '')} | | | | | | |")
-    return [*lines, ""]
+    return lines
 
 
-def impossible(folder: Path) -> list[str]:
-    """The request that cannot be carried out."""
+def canonical(runs: int | None, first: int | None) -> list[str]:
+    """The canonical request with each disturbance of the paper's."""
+    seeds = range(first or 0, (first or 0) + (runs or 5))
+    return table("The canonical request", [(CANONICAL, d, s) for d in ("none", *DISTURBANCES) for s in seeds])
+
+
+def requests(_runs: int | None, _first: int | None) -> list[str]:
+    """The other shipped requests, and the one that cannot be carried out."""
+    others = [n for n in dialogues() if n not in (CANONICAL, "two_on_one_position")]
+    lines = table("The other requests", [(n, "none", 0) for n in others])
     start = time.monotonic()
     try:
-        compiled("two_on_one_position", folder)
+        dialogue("two_on_one_position")
     except LlmbtError as fault:
         seconds = time.monotonic() - start
-        return [f"`two_on_one_position`: exit code {int(fault.exit_code)} in {seconds:.1f} s: {fault}", ""]
+        told = f"exit code {int(fault.exit_code)} in {seconds:.1f} s: {fault}"
+        return [*lines, "", f"One cannot be done: `two_on_one_position`: {told}"]
     raise AssertionError("it compiled")
 
 
+PARTS: dict[str, Callable[[int | None, int | None], list[str]]] = {
+    "canonical": canonical,
+    "requests": requests,
+    "grasping": grasping,
+    **{c.name: c.lines for c in CAMPAIGNS},
+}
+
+
 def main() -> None:
-    """Run everything and write the page."""
+    """Run parts and write their sections."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--seeds", type=int, default=5)
-    options.add_argument("--random", type=int, default=20, help="further runs, with one to three random disturbances")
-    options.add_argument("-o", "--out", type=Path, default=ROOT / "docs" / "evidence.md")
+    options.add_argument("--only", nargs="+", choices=[*PARTS, "recognition"], help="parts; all of them if left out")
+    options.add_argument("--runs", type=int, help="so many seeds a part, and nothing is written")
+    options.add_argument("--first", type=int, help="the first seed, and nothing is written")
     chosen = options.parse_args()
-    seeds = range(chosen.seeds)
-    others = [d.name for d in read_replies(ROOT / "fixtures" / "replies" / "replies.xml")]
-    others = [n for n in others if n not in (CANONICAL, "two_on_one_position")]
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch)
-        lines = [
-            "# Evidence",
-            "",
-            f"Written by `make evidence` on {datetime.now(UTC).date()}, Python {platform.python_version()}, "
-            f"{platform.machine()}; physics simulated by pybullet, replies authored by hand. Wall times are of a "
-            "shared machine.",
-            "",
-        ]
-        canonical = [(CANONICAL, d, s) for d in ("none", *DISTURBANCES) for s in seeds]
-        lines += table("The canonical request", canonical, folder / "a")
-        lines += table("The other requests", [(n, "none", 0) for n in others], folder / "b")
-        lines += ["One cannot be done:", "", *impossible(folder / "c")]
-        random = [(CANONICAL, f"random:{1 + s % 3}", 100 + s) for s in range(chosen.random)]
-        random.sort(key=lambda c: (c[1], c[2]))
-        lines += table("Random disturbances, one to three in a run", random, folder / "d")
-    chosen.out.write_text("\n".join(lines), encoding="utf-8")
-    print(f"written: {chosen.out}")
+    for name, part in PARTS.items():
+        if chosen.only and name not in chosen.only:
+            continue
+        lines = part(chosen.runs, chosen.first)
+        print("\n".join(lines), flush=True)
+        if chosen.runs is None and chosen.first is None:
+            told = told_by(f"python -m tests.evidence --only {name}")
+            write_section(PAGE, name, [*lines, "", f"*{told}*"])
+    if not chosen.only or "recognition" in chosen.only:
+        recognition.written()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""`python -m tests.evidence.recognition`: recognition over random scenes, judged; written into docs/recognition.md.
+"""Recognition over random scenes, judged; written into docs/recognition.md.
 
 What is judged on was drawn apart from what recognition was developed on (tests/recognition/random_scenes.py): the
 colours are the centroids of ISCC-NBS, and seeds, sizes, places of cameras, fields of view and the shares of touching,
@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import argparse
 import math
-import platform
 import statistics
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -26,10 +24,10 @@ from llmbt_ir.capture import Capture, PointCloud
 from llmbt_ir.scene import Body
 from llmbt_runtime.bullet.camera import DepthCameras
 from llmbt_runtime.perception.rgbd import cloud_of, noisy
+from tests.evidence.page import told_by, write_section
 from tests.recognition.random_scenes import DEVELOPMENT, HARDER, Kit, Staged, stage
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "recognition.md"
-BEGIN, END = "<!-- evidence: begin -->", "<!-- evidence: end -->"
 
 KELLY = {
     "red": ("be0032", "bc3f4a", "841b2d", "ab4e52", "722f37"),
@@ -203,33 +201,35 @@ def table(tally: Tally, scenes: int) -> list[str]:
     return ["| | |", "|---|---|", *(f"| {a} | {b} |" for a, b in rows)]
 
 
+def judged(kit: Kit, first: int, scenes: int) -> list[str]:
+    """The table of so many scenes, and what went wrong in them."""
+    tally = Tally()
+    for seed in range(first, first + scenes):
+        judge(tally, stage(kit, seed), seed)
+        print(f"{seed - first + 1}/{scenes}: {tally.found}/{tally.real} found", flush=True)
+    misses = ["", "What went wrong:", "", *(f"- {m}" for m in tally.misses)] if tally.misses else []
+    return [*table(tally, scenes), *misses]
+
+
+def written() -> None:
+    """Judge the scenes held out and write the table into the page."""
+    lines = judged(HELD_OUT, FIRST_SEED, 50)
+    print("\n".join(lines))
+    told = (
+        f"{told_by('python -m tests.evidence --only recognition')} One thread of a shared machine. Rendered scenes, "
+        f"three cameras of 640 x 480, {1e3 * NOISE_M:g} mm of independent depth noise."
+    )
+    write_section(PAGE, "evidence", [told, "", *lines])
+
+
 def main() -> None:
-    """Judge, print, and write the table into the page."""
+    """Judge scenes of a development kit, or fewer of those held out; nothing is written."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--scenes", type=int, default=50)
-    options.add_argument("--development", choices=["easy", "harder"], help="a development kit; writes nothing")
+    options.add_argument("--development", choices=["easy", "harder"])
     chosen = options.parse_args()
     kits = {"easy": (DEVELOPMENT, 0), "harder": (HARDER, 5_000), None: (HELD_OUT, FIRST_SEED)}
-    kit, first = kits[chosen.development]
-    tally = Tally()
-    for seed in range(first, first + chosen.scenes):
-        judge(tally, stage(kit, seed), seed)
-        print(f"{seed - first + 1}/{chosen.scenes}: {tally.found}/{tally.real} found", flush=True)
-    lines = table(tally, chosen.scenes)
-    print("\n".join([*lines, "", *tally.misses]))
-    if chosen.development:
-        return
-    told = (
-        f"Written by `python -m tests.evidence.recognition` on {datetime.now(UTC).date()}, Python "
-        f"{platform.python_version()}, {platform.machine()}, one thread of a shared machine. Rendered scenes, three "
-        f"cameras of 640 x 480, {1e3 * NOISE_M:g} mm of independent depth noise."
-    )
-    misses = ["", "What went wrong:", "", *(f"- {m}" for m in tally.misses)] if tally.misses else []
-    text = PAGE.read_text(encoding="utf-8")
-    head, rest = text.split(BEGIN)
-    tail = rest.split(END)[1]
-    PAGE.write_text("\n".join([f"{head}{BEGIN}", "", told, "", *lines, *misses, "", f"{END}{tail}"]), encoding="utf-8")
-    print(f"written: {PAGE}")
+    print("\n".join(judged(*kits[chosen.development], chosen.scenes)))
 
 
 if __name__ == "__main__":

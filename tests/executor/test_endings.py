@@ -97,11 +97,11 @@ class Silent(SymbolicWorld):
     def advance(self) -> ActionReport:
         report = super().advance()
         if report.status is Status.SUCCESS:
-            self._facts = self.before
+            self._state.become(self.before)
         return report
 
     def start(self, action: ActionCall) -> None:
-        self.before = self._facts
+        self.before = self.truth()
         super().start(action)
 
 
@@ -109,9 +109,10 @@ class Undone(SymbolicWorld):
     """Everything that is done is undone again, a tick later and for ever."""
 
     def advance(self) -> ActionReport:
-        before = self._facts | self._suspended
+        before = self.truth() | self._suspended
         running = self._running is not None
-        self._facts = getattr(self, "then", self._facts) if not running else self._facts
+        if not running:
+            self._state.become(getattr(self, "then", self.truth()))
         report = super().advance()
         if report.status is Status.SUCCESS:
             self.then = before
@@ -180,12 +181,12 @@ def test_what_stands_in_the_way_of_an_action_is_named() -> None:
         def advance(self) -> ActionReport:
             report = super().advance()
             if report.status is Status.SUCCESS and self.time_s < 100:
-                self._facts = self.before
+                self._state.become(self.before)
                 return ActionReport(Status.FAILURE, "not_approachable", "obstacle_7")
             return report
 
         def start(self, action: ActionCall) -> None:
-            self.before = self._facts
+            self.before = self.truth()
             super().start(action)
 
     found = ended(

@@ -85,9 +85,10 @@ def test_all_disturbances_at_once_leave_a_state_that_can_be() -> None:
         seen: list[Facts] = []
 
         class Recorded(Watched):
-            def observe(self, seen: list[Facts] = seen) -> Facts:
-                seen.append(super().observe())
-                return seen[-1]
+            def advance(self, seen: list[Facts] = seen) -> ActionReport:
+                report = super().advance()
+                seen.append(self.observe())
+                return report
 
         done = play(cargo, (CANONICAL,), seed, events=events, world_type=Recorded)
         assert done.result.outcome is Outcome.SUCCESS
@@ -276,7 +277,7 @@ class Stubborn(Watched):
         if self.drops and running is not None and report.status is Status.FAILURE and running.call.name == "place":
             thing = running.call.args[0]
             on = {C("On", (thing, "sorting_area")), C("On", (thing, "workbench")), C("HandEmpty")}
-            self._facts = (self._facts - {C("Holding", (thing,))}) | on
+            self._state.write({C("Holding", (thing,))}, on)
         return report
 
 

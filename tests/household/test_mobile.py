@@ -172,6 +172,21 @@ def test_a_crate_before_the_only_docking_pose_is_told_and_cleared(world: BulletW
     assert facts(world, "Near") == {"Near(user)"} and "Clear(user)" in facts(world, "Clear")
 
 
+def test_a_crate_is_set_down_before_its_clearing_can_be_halted(world: BulletWorld) -> None:
+    """It has no room on any piece of furniture, so nothing else could be done with it."""
+    wall_in(world)
+    world.start(ActionCall("clear_way", ("obstacle_3", "user")))
+    while world._bench.sensed.held is None:
+        assert world.advance().status is Status.RUNNING
+    waited = 0
+    while not world.halt():
+        world.advance()
+        waited += 1
+    assert 5 < waited < 100
+    assert facts(world, "HandEmpty", "Holding") == {"HandEmpty"} and "Fallen(obstacle_3)" in facts(world, "Fallen")
+    assert act(world, "navigate", "user").status is S
+
+
 def test_an_armchair_there_cannot_be_cleared(world: BulletWorld) -> None:
     wall_in(world, "obstacle_6")
     assert "Blocks(obstacle_6, user)" in facts(world, "Blocks")

@@ -87,8 +87,8 @@ def test_a_goal_that_the_map_has_not(tmp_path: Path) -> None:
 
 
 def test_the_development_cases() -> None:
-    """Looked at while the parser grew: a floor."""
+    """Looked at while the parser grew, the last 187 of them written to break it: a floor."""
     scores = evaluate_conditions(FIXTURES / "dev.jsonl", load_tagger())
     assert scores.wrong == 0
-    assert scores.rate(Verdict.RIGHT) >= 0.98
+    assert scores.rate(Verdict.RIGHT) >= 0.96
     assert scores.rate(Verdict.RIGHT, Intent.ASK) == 1

@@ -165,9 +165,9 @@ def test_steps_about_other_scenes_give_no_goal() -> None:
 
 
 def test_very_long_text(cargo: tuple[SemanticMap, Library]) -> None:
-    began = time.perf_counter()
+    began = time.process_time()
     long = "A[Place] T[object 1] on D[position 12] " + "because it is so " * 60_000
     assert [d.code for d in parse(steps(long), *cargo).diagnostics] == ["E313"]
     many = steps(*["A[Place] T[object 1] on D[position 12]."] * 2000)
     assert len(parse(many, *cargo).goals) == 1
-    assert time.perf_counter() - began < 20
+    assert time.process_time() - began < 20

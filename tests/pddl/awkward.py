@@ -260,6 +260,24 @@ DEPOTS = (
 """,
 )
 
+ODD = (
+    """(DEFINE (DOMAIN Odd.Names@1)
+(:Requirements :STRIPS :Typing :Equality)
+(:Types Switch - object A&B - Thing-1 Action _x - switch)
+(:constants C'est - a&b <tag> - THING-1 x:y - thing-1 lamp.1 - SWITCH)
+(:Predicates (at%x ?x - thing-1 ?y - thing-1) (p"q ?a) (->) (name ?id) (on=off ?x) (lit ?s - switch))
+(:action Go/To! :parameters (?x.1 - a&b ?y:2 - thing-1) :precondition (and (at%x ?x.1 <tag>) (not (= ?x.1 ?y:2)))
+ :effect (and (at%x ?x.1 ?y:2) (not (at%x ?x.1 <TAG>)) (p"q ?y:2) (->) (name ?x.1)))
+(:action switch :parameters (?switch - switch) :precondition (->) :effect (lit ?switch))
+(:action name :parameters (?name) :precondition (and (->) (name ?name)) :effect (on=off ?name)))
+""",
+    """(define (problem Odd-Problem) (:domain odd.names@1)
+(:objects Ünïcode - a&b 日本 - Thing-1 1 - thing-1 -neg - A&B s1 - ACTION s2 - _X and - Switch)
+(:init (at%x Ünïcode <tag>) (at%x c'est <TAG>) (at%x -neg <tag>))
+(:goal (and (at%x ünïcode 日本) (at%x C'EST x:y) (at%x -neg 1) (on=off -neg) (forall (?s - switch) (lit ?s)))))
+""",
+)
+
 AWKWARD = {
     "logistics": LOGISTICS,
     "gripper": GRIPPER,
@@ -271,4 +289,5 @@ AWKWARD = {
     "twins": TWINS,
     "hydra": HYDRA,
     "depots": DEPOTS,
+    "odd": ODD,
 }

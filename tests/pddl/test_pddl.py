@@ -258,6 +258,10 @@ def act(pre: str, effect: str, params: str = "?x ?y") -> str:
         (act("(p ?x)", "(p ?y)", "?x ?X"), "E094", 4, "declared twice"),
         (HEAD.replace("(q ?x)", "(P ?y)") + ")", "E094", 3, "declared twice"),
         (act("(p ?x)", "()"), "E090", 4, "no effect"),
+        ("(define (domain d)\n (:types a&b a|b)\n (:predicates (p)))", "E094", 2, "would both be named `a_b`"),
+        ("(define (domain d)\n (:types sequence sequence_)\n (:predicates (p)))", "E094", 2, "`sequence_`"),
+        ("(define (domain d)\n (:constants {x})\n (:predicates (p)))", "E090", 2, "a name cannot hold"),
+        ("(define (domain d)\n (:constants *)\n (:predicates (p)))", "E090", 2, "no name of an object"),
     ],
 )
 def test_what_is_not_supported_says_so(text: str, code: str, line: int, word: str) -> None:
@@ -285,6 +289,14 @@ def test_what_is_not_supported_says_so(text: str, code: str, line: int, word: st
         ("(at c1 l2)", "(exists (?x - lorry) (at c1 ?x))", "E093", "unknown type `lorry`"),
         ("- car", "- lorry", "E093", "unknown type `lorry`"),
         ("(:goal", "(:gaol", "E092", ":gaol"),
+        ("(:goal", "(:init (empty-ferry)) (:goal", "E094", "`:init` is there twice"),
+        ("(:goal", "(:goal (at-ferry l1)) (:goal", "E094", "`:goal` is there twice"),
+        ("(at-ferry l1)", "(at-ferry l1) (not (at c9 l2))", "E093", "unknown object `c9`"),
+        ("(at-ferry l1)", "(at-ferry l1) (not (at c1 l2) (at c1 l3))", "E090", "`not` takes one fact"),
+        ("- car", "* - car", "E090", "`*` is no name of an object"),
+        ("- car", "?x - car", "E090", "`?x` is no name of an object"),
+        ("- car", "{c} - car", "E090", "a name cannot hold '{'"),
+        ("- car", "c\x00 - car", "E090", "a name cannot hold"),
     ],
 )
 def test_faults_of_a_problem(old: str, new: str, code: str, word: str) -> None:

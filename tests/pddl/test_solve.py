@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,13 +13,17 @@ from typing import Any
 import pytest
 
 from llmbt.main import main
+from llmbt.progress import Progress
+from llmbt.solving import read_problem, solve_problem
 from llmbt_atl.library import parse_library
 from llmbt_ir.tree_xml import parse_tree
 from llmbt_ir.versions import VersionStore
 from llmbt_runtime.record import signatures_of
 from tests.pddl.awkward import AWKWARD
 from tests.pddl.domains import CLASSICS
-from tests.pddl.validator import Task, validate
+from tests.pddl.flavours import FLAVOURS, PUZZLE
+from tests.pddl.generated import generated
+from tests.pddl.validator import Task, solvable, validate
 from tests.search.bench import BLOCKS, blocks_problem
 
 Solve = Callable[..., tuple[int, dict[str, Any], Path]]
@@ -67,6 +73,71 @@ def test_the_plan_is_valid_where_actions_fail(name: str, solve: Solve) -> None:
     code, document, folder = solve(domain, problem, "--failure-rate", "0.1", "--seed", "3")
     assert code == 0 and document["outcome"] == "SUCCESS"
     checked(domain, problem, document, folder)
+
+
+@pytest.mark.parametrize("name", FLAVOURS)
+def test_problems_of_many_flavours_end_rightly(name: str, solve: Solve) -> None:
+    domain, problem, outcome = FLAVOURS[name]
+    code, document, folder = solve(domain, problem)
+    assert (document["outcome"], code) == (outcome, 0 if outcome == "SUCCESS" else 3)
+    if outcome == "SUCCESS":
+        checked(domain, problem, document, folder)
+    else:
+        assert document["unsolvable_goals"] and document["reason"] and not document["actions"]
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_random_domains_end_as_an_independent_search_says(block: int, tmp_path: Path) -> None:
+    """By breadth first search over the validator, which knows nothing of ours."""
+    outcomes: Counter[str] = Counter()
+    for seed in range(100 * block, 100 * block + 100):
+        domain, problem = generated(seed)
+        stated, folder = read_problem((domain, problem), ("d", "p")), tmp_path / str(seed)
+        document = solve_problem(
+            stated, folder, Progress(quiet=True), seed=seed, budget=20_000, failure_rate=0.1 * (seed % 2)
+        )
+        there = solvable(domain, problem, 3_000)
+        assert document["outcome"] in ("SUCCESS", "UNSOLVABLE", "ACTION_FAILED"), f"seed {seed}"
+        outcomes[document["outcome"]] += 1
+        if document["outcome"] == "SUCCESS":
+            validate(domain, problem, (folder / "plan.txt").read_text().splitlines())
+        elif document["outcome"] == "UNSOLVABLE" and not document["actions"]:
+            assert not there, f"seed {seed}"
+        if not seed % 2 and there is not None:
+            assert (document["outcome"] == "SUCCESS") == there, f"seed {seed}"
+    assert outcomes["SUCCESS"] > 20 and outcomes["UNSOLVABLE"] > 20
+
+
+def test_a_problem_of_too_many_ground_actions_is_a_diagnostic(solve: Solve) -> None:
+    """Where it was written out, 40 things in five parameters were a hundred million."""
+    domain = (
+        "(define (domain h) (:predicates (p ?a ?b ?c ?d ?e) (q ?a)) (:action a :parameters (?a ?b ?c ?d ?e)"
+        " :precondition (and (q ?a) (q ?b)) :effect (p ?a ?b ?c ?d ?e)))"
+    )
+    things = [f"o{i}" for i in range(40)]
+    problem = (
+        f"(define (problem x) (:domain h) (:objects {' '.join(things)}) (:init {' '.join(f'(q {t})' for t in things)})"
+        " (:goal (p o0 o1 o2 o3 o4)))"
+    )
+    code, document, folder = solve(domain, problem)
+    assert code == 1 and document["diagnostics"][0]["code"] == "E096"
+    assert not folder.exists()
+
+
+def test_a_long_way_is_found_in_reasonable_time(solve: Solve) -> None:
+    """A tree of 80 levels: at each one asks whether an ancestor has a cheaper achiever now (it took minutes once)."""
+    n = 80
+    ring = " ".join(f"(adj p{i} p{(i + 1) % n})" for i in range(n))
+    lie = " ".join(f"(at t{i} p{i})" for i in range(n - 1))
+    problem = (
+        f"(define (problem x) (:domain puzzle) (:objects {' '.join(f't{i}' for i in range(n))} - tile"
+        f" {' '.join(f'p{i}' for i in range(n))} - pos)\n(:init {ring} {lie} (blank p{n - 1})) (:goal (at t0 p1)))"
+    )
+    began = time.process_time()
+    code, document, folder = solve(PUZZLE, problem)
+    assert time.process_time() - began < 10
+    assert code == 0 and len(document["actions"]) == n - 1
+    checked(PUZZLE, problem, document, folder)
 
 
 def test_the_validator_refuses_what_is_no_plan() -> None:

@@ -6,6 +6,7 @@ It knows STRIPS with typing (`either` too), and, or, not, imply, forall, exists 
 from __future__ import annotations
 
 import re
+from collections import deque
 from itertools import product
 from typing import Any
 
@@ -122,3 +123,35 @@ def validate(domain: str, problem: str, plan: list[str]) -> None:
     for line in plan:
         task.do(line)
     assert task.holds(task.goal, {}), "the goal does not hold after the plan"
+
+
+def solvable(domain: str, problem: str, states: int) -> bool | None:
+    """Whether any actions reach the goal, by looking at every state; None where there are more than `states`."""
+    task = Task(domain, problem)
+    calls = []
+    for name, action in task.actions.items():
+        pools = [
+            [t for t in task.things if any(task.is_a(t, k) for k in kinds)]
+            for _, kinds in typed(action.get(":parameters", []))
+        ]
+        calls += [f"({' '.join([name, *chosen])})" for chosen in product(*pools)]
+    seen = {frozenset(task.state)}
+    queue = deque(seen)
+    while queue:
+        here = queue.popleft()
+        task.state = set(here)
+        if task.holds(task.goal, {}):
+            return True
+        for call in calls:
+            task.state = set(here)
+            try:
+                task.do(call)
+            except AssertionError:
+                continue
+            then = frozenset(task.state)
+            if then not in seen:
+                seen.add(then)
+                queue.append(then)
+        if len(seen) > states:
+            return None
+    return False

@@ -157,11 +157,11 @@ def test_a_tree_that_looks_is_a_tree_of_the_library(tmp_path: Path) -> None:
     """A grown tree with `look` in it loads, and goes by the truth as well: nothing is unseen there."""
     tree = tmp_path / "tree.xml"
     tree.write_text(
-        '<root BTCPP_format="4" main_tree_to_execute="main"><BehaviorTree ID="main"><Fallback>'
+        '<root BTCPP_format="4" main_tree_to_execute="main"><BehaviorTree ID="main"><ReactiveFallback>'
         '<Condition ID="On" target="object_6" place="position_32"/>'
-        '<Sequence><Condition ID="Unseen" target="object_6"/>'
-        '<Action ID="look" target="object_6" place="sorting_area"/></Sequence>'
-        "</Fallback></BehaviorTree></root>"
+        '<ReactiveSequence><Condition ID="Unseen" target="object_6"/>'
+        '<Action ID="look" target="object_6" place="sorting_area"/></ReactiveSequence>'
+        "</ReactiveFallback></BehaviorTree></root>"
     )
     file, _, _, goals = load_tree(tree.read_bytes(), str(tree), SCENE)
     assert len(file.tree) == 5 and goals

@@ -184,7 +184,7 @@ def test_replacing_says_what_changed(llmbt, endpoint, tmp_path):
     made = tmp_path / "red.yaml"
     order = [
         "compile",
-        REQUEST,
+        "Put the red block on shelf level 3.",
         "--scene",
         "cargo_sorting",
         "--record",

@@ -127,16 +127,19 @@ def test_things_keep_their_ids_from_one_map_to_the_next() -> None:
 
 
 def test_what_nobody_declared_is_an_obstacle_and_keeps_its_name() -> None:
+    """The first obstacle_N that the scene does not declare itself."""
     scene = load_scene("cargo_sorting")
     told = replace(scene, objects=scene.objects[1:])
+    fresh = f"obstacle_{len(scene.obstacles) + 1}"
+    assert fresh not in {b.id for b in scene.obstacles}
     first = recognise(cargo(), told)
-    assert [o.id for o in first.objects] == ["object_2", "object_3", "object_4", "object_5", "object_6", "obstacle_3"]
+    assert [o.id for o in first.objects] == ["object_2", "object_3", "object_4", "object_5", "object_6", fresh]
     stranger = first.objects[-1]
     assert (stranger.name, stranger.colour, stranger.shape) == ("green cube", "green", "cube")
     assert np.abs(np.array(stranger.size_m) - 0.045).max() < 0.006, "neither camera sees its far side"
     poses = {**start(scene), "object_1": Pose((0.44, 0.18, 0.4825))}
     second = recognise(seen(scene, poses), told, first)
-    assert next(o for o in second.objects if o.id == "obstacle_3").place == "position_11"
+    assert next(o for o in second.objects if o.id == fresh).place == "position_11"
 
 
 def test_a_parked_obstacle_is_known_when_it_turns_up() -> None:

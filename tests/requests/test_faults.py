@@ -6,7 +6,7 @@ import pytest
 
 from tests.requests.faults import FAULTS, MUST, inject, replies, verdict_of
 
-REPLIES = replies(10)
+REPLIES = replies(12)
 
 
 @pytest.mark.slow
@@ -14,7 +14,7 @@ REPLIES = replies(10)
 def test_these_are_caught_or_harmless(kind):
     seen = 0
     for reply in REPLIES:
-        for seed in range(2):
+        for seed in range(3):
             faulty = inject(reply, kind, seed)
             if faulty is not None:
                 seen += 1

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 from hypothesis import given
@@ -114,6 +116,40 @@ def test_json_and_sarif(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
         place = result["locations"][0]["physicalLocation"]
         assert place["region"]["startLine"] == 3
         assert place["artifactLocation"]["uri"] == str(path)
+
+
+def test_sarif_names_any_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its paths are URIs, its columns and lines count from 1, and a file that cannot be read is a result too."""
+    odd = tmp_path / "a b#ü%.xml"
+    odd.write_text(tree(SEQ.format("<Ok/><Ok/>")), encoding="utf-8")
+    (tmp_path / "cut.xml").write_text("<root")
+    assert main(["tree", "check", str(odd), str(tmp_path / "cut.xml"), str(tmp_path / "none.xml"), "--sarif"]) == 1
+    (run,) = json.loads(capsys.readouterr().out)["runs"]
+    rules = run["tool"]["driver"]["rules"]
+    assert len({r["id"] for r in rules}) == len(rules)
+    assert [r["ruleId"] for r in run["results"]] == ["T204", "E003", "E001"]
+    places = [r["locations"][0]["physicalLocation"] for r in run["results"]]
+    uris = [p["artifactLocation"]["uri"] for p in places]
+    assert all(re.fullmatch(r"[A-Za-z0-9/._~%-]+", u) for u in uris)
+    assert unquote(uris[0]) == str(odd)
+    for region in (p["region"] for p in places if "region" in p):
+        assert region["startLine"] >= 1 and region.get("startColumn", 1) >= 1
+        assert region.get("endColumn", 2) > region.get("startColumn", 1)
+    assert main(["tree", "check", str(tmp_path / "cut.xml"), str(odd), "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert (told["exit_code"], [d["code"] for d in told["diagnostics"]]) == (1, ["E003", "T204"])
+
+
+def test_names_of_version_3_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "v3.xml"
+    path.write_text(
+        '<root main_tree_to_execute="M"><BehaviorTree ID="M"><SequenceStar><SubTreePlus ID="X" __autoremap="true"/>'
+        '</SequenceStar></BehaviorTree><BehaviorTree ID="X"><AlwaysSuccess/></BehaviorTree></root>'
+    )
+    assert main(["tree", "check", str(path)]) == 6
+    said = capsys.readouterr().out
+    assert "in version 4 it is SequenceWithMemory" in said and "in version 4 it is SubTree" in said
+    assert "error[T109]: <SubTreePlus> is a node of version 3" in said and "T201" in said
 
 
 def test_deep_and_long() -> None:

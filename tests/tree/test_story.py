@@ -6,6 +6,7 @@ import itertools
 import json
 import re
 import shutil
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,7 @@ def told(capsys: pytest.CaptureFixture[str], *arguments: str | Path, code: int =
 def test_the_log(kept: Path, golden: Callable[[str, str], None], capsys: pytest.CaptureFixture[str]) -> None:
     golden("log_drop.txt", told(capsys, "log", kept / "drop"))
     golden("log_move.txt", told(capsys, "log", kept / "obstacle_at_place", "v002", "--patch"))
+    golden("log_both.txt", told(capsys, "log", kept / "both"))
 
 
 # -- retold ----------------------------------------------------------------------------------------------------------
@@ -47,12 +49,16 @@ def test_the_log(kept: Path, golden: Callable[[str, str], None], capsys: pytest.
 ROW = re.compile(r"^  (?P<head>\S.{11} |  {13}) *(?:(?P<since>[\d.]+)-)?(?P<time>[\d.]+) s +(?P<text>.*)$")
 VERSION = re.compile(r"^(v\d{3,})  tick (\d+), ([\d.]+) s: (.*?)   \((\d+) nodes")
 ENDING = re.compile(r"^([A-Z_]+)(?:: (.*))?; (\d+) of (\d+) goals hold \((\d+) ticks, ([\d.]+) s simulated, (\d+) ver")
-DISTURBED = re.compile(r"^  disturbed +(\w+) of (\w+) at ([\d.]+) s was (?:made good by ([\d.]+) s|never made good)$")
+DISTURBED = re.compile(r"^  disturbed +(\w+) of (\w+) at ([\d.]+) s was (?:made good at ([\d.]+) s|never made good)$")
+HIT = re.compile(r"^disturbance: (\w+) of (\w+)(?:: ended (.*?))?(?:; seen next: .*)?$")
+SEARCH = re.compile(r"^  search +(\d+) calls? of the planner, (\d+) states expanded")
+TALLY = re.compile(r"^  actions +(\d+): (.*)$")
 
 
 def retold(text: str) -> dict[str, Any]:
     """The run as a reader retells it who has nothing but the log."""
-    found: dict[str, Any] = {"versions": [], "actions": [], "observed": [], "disturbances": [], "goals": []}
+    lists = ("versions", "actions", "observed", "disturbances", "goals", "hits", "search")
+    found: dict[str, Any] = {key: [] for key in lists} | {"tally": (0, {})}
     for line in text.splitlines():
         if match := VERSION.match(line):
             name, tick, time, cause, nodes = match.groups()
@@ -62,6 +68,11 @@ def retold(text: str) -> dict[str, Any]:
         elif match := DISTURBED.match(line):
             name, target, fired, mended = match.groups()
             found["disturbances"].append((name, target, float(fired), float(mended) if mended else None))
+        elif match := SEARCH.match(line):
+            found["search"].append((int(match[1]), int(match[2])))
+        elif match := TALLY.match(line):
+            ends = (part.split() for part in match[2].split(", "))
+            found["tally"] = (int(match[1]), {end: int(n) for n, end in ends})
         elif line.startswith("goal "):
             found["goals"].append(line.split(None, 2)[2].split("   ")[0])
         elif line.startswith("request  "):
@@ -70,9 +81,11 @@ def retold(text: str) -> dict[str, Any]:
             said, time = match["text"], float(match["time"])
             if said.startswith("observed: "):
                 found["observed"].append((time, said.removeprefix("observed: ")))
+            elif hit := HIT.match(said):
+                found["hits"].append((*hit.groups()[:2], time, hit[3] or ""))
             elif match["since"]:
                 call, _, result = said.partition(": ")
-                result, _, reason = result.partition(" (")
+                result, _, reason = result.partition(", after ")[0].partition(" (")
                 found["actions"].append((call, float(match["since"]), time, result, reason.removesuffix(")")))
     return found
 
@@ -91,6 +104,12 @@ def holds_against(folder: Path, text: str) -> None:
     assert story["disturbances"] == [
         (d["name"], d["target"], d["fired_at_s"], d["recovered_at_s"]) for d in result["disturbances"]
     ]
+    assert story["hits"] == [
+        (d["name"], d["target"], d["fired_at_s"], ", ".join(d["broke"])) for d in result["disturbances"]
+    ], "at one time, here and there"
+    assert story["tally"] == (len(calls), dict(Counter(a["result"] for a in result["actions"])))
+    assert sum(n for n, _ in story["search"]) == result["planner_calls"]
+    assert sum(n for _, n in story["search"]) == result["expansions"]
     updates = [(e["version"], e["sim_time_s"], e["text"].partition(": ")[2]) for e in events if e["kind"] == "update"]
     assert [(name, time, cause) for name, _, time, cause, _ in story["versions"]] == updates
     records = [json.loads((folder / f"tree.{name}.json").read_text()) for name, _, _ in updates]
@@ -170,6 +189,7 @@ def test_why_leads_back_to_the_words(
 ) -> None:
     golden("why_drop.txt", told(capsys, "why", kept / "drop", "pick(object_1, workbench)"))
     golden("why_move.txt", told(capsys, "why", kept / "obstacle_at_place", "[put_down(object_1, sorting_area)]"))
+    golden("why_moved.txt", told(capsys, "why", kept / "both", "Free(position_13)"))
     document = json.loads(told(capsys, "why", kept / "drop", "g1.e2e24976f11d", "--json"))
     (chain,) = document["chains"]
     assert [link["label"] for link in chain["links"]] == [
@@ -260,14 +280,14 @@ def planned(tmp_path: Path) -> Path:
     for kind, tree in (("chain", chain_tree(goals, plan)), ("goals", goal_tree((goals[::-1],)))):
         steps = (Step(kind, "root", "", calls_text, reason="because"),)
         grown = Grown(tree, certificate, steps, 1, 42)
-        folder.keep(Change(3, 0.3, "it failed", frozenset(), frozenset(), facts, grown))
+        folder.keep(Change(3, 0.3, "it failed", frozenset(), frozenset(), facts, grown, 1, 42))
     return tmp_path / "run"
 
 
 def test_plans_are_told_and_traced(planned: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = told(capsys, "log", planned)
     assert "plan: pick(object_2, sorting_area), place(object_2, position_13)" in text
-    assert "1 call(s), 42 states expanded" in text
+    assert "1 call of the planner, 42 states expanded" in text
     run = read_run(planned)
     chain = run.stages[1].tree
     for node in chain.preorder():

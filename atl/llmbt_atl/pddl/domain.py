@@ -67,7 +67,7 @@ def _library(source: Source, group: Group) -> Library:
         {c.name: c for c in vocabulary.conditions.values()},
         (),
         templates,
-        dict(vocabulary.constants.values()),
+        {name: keys[type_] for name, type_ in vocabulary.constants.values()},
         source.name,
     )
 

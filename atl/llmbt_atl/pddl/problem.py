@@ -9,9 +9,9 @@ from itertools import product
 
 from llmbt_atl.library import Library
 from llmbt_atl.pddl.formula import Things, alternatives
-from llmbt_atl.pddl.names import EQUAL
+from llmbt_atl.pddl.names import EQUAL, mangled
 from llmbt_atl.pddl.reader import Group, Item, Source, Word, read, title_of
-from llmbt_atl.pddl.vocabulary import OBJECT, typed
+from llmbt_atl.pddl.vocabulary import OBJECT, thing, typed
 from llmbt_atl.state import Domain
 from llmbt_atl.template import ConditionType
 from llmbt_ir.condition import Condition, Facts, Goals
@@ -60,6 +60,8 @@ class _Problem:
                 raise self.source.fault("E090", "expected a section, as (:init ...)", item)
             if item.head not in (":domain", ":requirements", ":objects", ":init", ":goal", ":metric"):
                 raise self.source.fault("E092", f"`{item.head}` is not supported", item)
+            if item.head in sections:
+                raise self.source.fault("E094", f"`{item.head}` is there twice", item, "join the two")
             sections[item.head] = item
         for needed in (":init", ":goal"):
             if needed not in sections:
@@ -80,12 +82,13 @@ class _Problem:
         own = self.type_of(types[0]) if types else OBJECT
         if name.key in self.things and self.things[name.key][1] != own:
             raise self.source.fault("E094", f"object `{name.text}` is declared twice", name)
-        self.things.setdefault(name.key, (name.text, own))
+        self.things.setdefault(name.key, (thing(self.source, name), own))
 
     def type_of(self, word: Word) -> str:
-        if word.key not in self.types:
+        own = self.types.get(mangled(word.text, ()).lower())
+        if own is None:
             raise self.unknown("type", word, list(self.types.values()))
-        return self.types[word.key]
+        return own
 
     def unknown(self, what: str, word: Word, known: list[str]) -> LlmbtError:
         close = nearest(word.text, known)
@@ -97,7 +100,10 @@ class _Problem:
         if isinstance(item, Group) and item.head == "=":
             return  # a fluent's first value: costs are read over
         if isinstance(item, Group) and item.head == "not":
-            return  # what does not hold is not said
+            if len(item.items) != 2:
+                raise self.source.fault("E090", "`not` takes one fact", item)
+            self.atom(item.items[1])  # what does not hold is not said, but it is looked at
+            return
         yield self.atom(item)
 
     def equalities(self) -> Iterator[Condition]:

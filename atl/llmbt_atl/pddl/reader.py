@@ -16,6 +16,8 @@ from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 __all__ = ["Group", "Item", "Source", "Word", "lists", "read", "title_of"]
 
 _TOKEN = re.compile(r"[()]|[^\s();]+")
+_NEVER = re.compile("[{}\x00-\x1f\x7f-\x9f\ufffe\uffff]")
+"""What no XML can hold, and the braces of a library's parameters."""
 MAX_NESTED = 200
 
 
@@ -80,6 +82,9 @@ def lists(text: str, name: str) -> tuple[Source, Group]:
     open_: list[tuple[Word, list[Item]]] = []
     found: Group | None = None
     for token in _tokens(source):
+        odd = _NEVER.search(token.text)
+        if odd is not None:
+            raise source.fault("E090", f"a name cannot hold {odd.group()!r}", token)
         if found is not None:
             raise source.fault("E090", "there is text after the end of the definition", token, "remove it")
         if token.text == "(":

@@ -9,7 +9,7 @@ from llmbt_atl.pddl.reader import Group, Item, Source, Word
 from llmbt_atl.template import ConditionType, Param
 from llmbt_ir.diagnostics import LlmbtError, nearest
 
-__all__ = ["OBJECT", "Vocabulary", "typed"]
+__all__ = ["OBJECT", "Vocabulary", "thing", "typed"]
 
 OBJECT = "object"
 
@@ -38,6 +38,13 @@ def typed(source: Source, items: Iterable[Item]) -> Iterator[tuple[Word, tuple[W
         pending = []
     for name in pending:
         yield name, ()
+
+
+def thing(source: Source, word: Word) -> str:
+    """The name of an object or constant: kept as it is, but for what a library would take for something else. E090."""
+    if word.text == "*" or word.text[0] in "?:":
+        raise source.fault("E090", f"`{word.text}` is no name of an object", word)
+    return word.text
 
 
 class Vocabulary:
@@ -69,13 +76,11 @@ class Vocabulary:
         for name, _ in pairs:
             if name.key != OBJECT:
                 self.once(self.types, name, "type")
-                self.types[name.key] = mangled(name.text, ())
-                self.parents[name.key] = OBJECT
+                self.declare_type(name)
         for name, types in pairs:
             for type_ in types:  # published domains do not always declare the uppermost ones
                 if type_.key not in self.types:
-                    self.types[type_.key] = mangled(type_.text, ())
-                    self.parents[type_.key] = OBJECT
+                    self.declare_type(type_)
             if name.key == OBJECT:
                 continue
             if len(types) > 1:
@@ -91,10 +96,20 @@ class Vocabulary:
                 seen.add(here)
                 here = self.parents[here]
 
+    def declare_type(self, name: Word) -> None:
+        """Declare a type below that of all objects. A problem finds it by its mangled name alone, so E094 where
+        another one has the same."""
+        own = mangled(name.text, ())
+        for key, taken in self.types.items():
+            if taken.lower() == own.lower():
+                raise self.source.fault("E094", f"types `{name.text}` and `{key}` would both be named `{own}`", name)
+        self.types[name.key] = own
+        self.parents[name.key] = OBJECT
+
     def constant(self, name: Word, types: tuple[Word, ...]) -> None:
         """Declare a constant."""
         self.once(self.constants, name, "constant")
-        self.constants[name.key] = (name.text, self.common(self.types_of(types)))
+        self.constants[name.key] = (thing(self.source, name), self.common(self.types_of(types)))
 
     def predicate(self, item: Item) -> None:
         """Declare a predicate."""

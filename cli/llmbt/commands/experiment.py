@@ -75,7 +75,7 @@ def _of_cases(name: str) -> click.Command:
     @click.command(name, short_help="The paper's table of it: each request with one disturbance.")
     @click.option("--repeat", type=click.IntRange(1), default=1, show_default=True, help="Seeds of each clear request.")
     @click.option("--world", type=click.Choice(["bullet", "symbolic"]), default="bullet", show_default=True)
-    @click.option("--factorial", is_flag=True, help="Under all settings that this version has, not in one world.")
+    @click.option("--factorial", is_flag=True, help="Under all eight settings: world, perception, scenes.")
     @click.option("--keep", is_flag=True, help="Keep every run's folder, not only the failed ones'.")
     @pool_options
     @force
@@ -105,7 +105,7 @@ def _of_cases(name: str) -> click.Command:
         from llmbt.render import print_json
 
         pool = pool_of(workers, backend, scheduler)
-        settings = tuple(s for s in all_settings() if not s.missing) if factorial else (Setting(world),)
+        settings = tuple(all_settings()) if factorial else (Setting(world),)
         order = PaperOrder(seed, repeat, trials, settings, keep)
         found = run_paper(
             load_experiment(name), order, folder, pool, resume=resume, force=force, quiet=quiet or as_json

@@ -84,10 +84,12 @@ def map_(
     scene's world frame; several count as one. Without any, the scene's cameras are looked through (--noise-mm, --seed).
     """
     from llmbt.progress import Progress
-    from llmbt.render import print_json
+    from llmbt.render import print_json, report
     from llmbt.vision import capture_start
+    from llmbt_compiler.recognition.doubts import doubts
     from llmbt_compiler.recognition.files import read_capture
     from llmbt_compiler.recognition.recognise import recognise
+    from llmbt_ir.diagnostics import ExitCode
     from llmbt_ir.scene import load_scene
     from llmbt_ir.semantic_map import read_map, write_map
     from llmbt_ir.versions import write_atomic
@@ -95,6 +97,9 @@ def map_(
     loaded = load_scene(scene)
     before = read_map(previous) if previous is not None else None
     seen = read_capture(clouds) if clouds else capture_start(loaded, noise_m=noise_mm / 1000, seed=seed)[1]
+    doubtful = doubts(seen, loaded) if clouds else ()
+    if doubtful and not as_json:
+        report(doubtful, ExitCode.OK, as_json=False)
     progress = Progress(quiet=quiet or as_json)
     found = recognise(seen, loaded, before, observe=lambda stage, s: progress.stage(stage, f"{s * 1e3:.0f} ms"))
     xml = write_map(found)
@@ -115,7 +120,7 @@ def map_(
             }
             for o in found.objects
         ]
-        print_json({"scene": loaded.name, "objects": things, "file": str(out) if out else None}, 0)
+        print_json({"scene": loaded.name, "objects": things, "file": str(out) if out else None}, 0, doubtful)
     elif out is None:
         click.echo(xml.decode(), nl=False)
     else:

@@ -145,7 +145,8 @@ def check(
 ) -> int:
     """Lint BehaviorTree.CPP 4 FILES: T1xx what version 4.10 refuses, T2xx what does not do what it seems to say.
 
-    Exit code 6 where there are errors; with --strict where there is anything.
+    Exit code 6 where there are errors; with --strict where there is anything; 1 where a file cannot be read, which is
+    told among the findings of the others.
     """
     import json
 
@@ -156,15 +157,22 @@ def check(
     from llmbt_ir.btcpp.check import RULES, check_document
     from llmbt_ir.btcpp.document import read_document
     from llmbt_ir.btcpp.includes import with_includes
-    from llmbt_ir.diagnostics import ExitCode, Severity
+    from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity
 
     effects = _effects(library) if library else None
-    found = []
+    found: list[Diagnostic] = []
+    unreadable = False
     for file in files:
-        document, faults = with_includes(read_document(file), file)
-        found += [*faults, *check_document(document, effects=effects)]
+        try:
+            document, faults = with_includes(read_document(file), file)
+        except LlmbtError as fault:
+            found += fault.diagnostics
+            unreadable = True
+        else:
+            found += [*faults, *check_document(document, effects=effects)]
     errors = sum(d.severity is Severity.ERROR for d in found)
     code = ExitCode.DIFFERENCES if errors or (strict and found) else ExitCode.OK
+    code = ExitCode.BAD_INPUT if unreadable else code
     if as_sarif:
         click.echo(json.dumps(sarif(found, RULES, __version__), indent=1, ensure_ascii=False))
     elif as_json:

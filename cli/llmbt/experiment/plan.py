@@ -15,19 +15,13 @@ __all__ = ["Setting", "Trial", "factorial", "plan", "sample", "setting_of", "tri
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """The conditions of a trial: `world` is bullet or symbolic, `perception` truth or camera (what the tree's
-    conditions look at), `scenes` nominal or varied (poses, sizes, friction, cameras)."""
+    """The conditions of a trial: `world` is bullet or symbolic, `scenes` nominal or varied (poses, sizes, masses,
+    friction), `perception` truth or camera: in physics what conditions and skills go by, in a world of facts where the
+    first facts come from."""
 
     world: str = "bullet"
     perception: str = "truth"
     scenes: str = "nominal"
-
-    @property
-    def missing(self) -> str:
-        """Why this version cannot run it; empty where it can."""
-        if self.perception == "truth" and self.scenes == "nominal":
-            return ""
-        return "facts have no poses" if self.world == "symbolic" else "this version has no such setting"
 
     def __str__(self) -> str:
         return f"{self.world}, {self.perception}, {self.scenes}"

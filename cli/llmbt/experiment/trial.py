@@ -3,10 +3,13 @@ truth at rest."""
 
 from __future__ import annotations
 
+import json
 import time
 import traceback
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +22,15 @@ from llmbt.experiment.plan import Trial
 from llmbt.progress import Progress
 from llmbt_atl.state import Domain
 from llmbt_compiler.reasoning.cassette import read_cassette
-from llmbt_ir.condition import Condition, Goals, satisfied
+from llmbt_ir.condition import Condition, Facts, Goals, satisfied
 from llmbt_ir.diagnostics import ExitCode, LlmbtError
-from llmbt_ir.scene import Scene
-from llmbt_ir.versions import VersionStore
+from llmbt_ir.scene import Scene, to_semantic_map
+from llmbt_ir.versions import VersionStore, write_atomic
+from llmbt_runtime.chance import chance
 from llmbt_runtime.disturbance import DisturbanceSpec
+from llmbt_runtime.initial import facts_of_map
 from llmbt_runtime.outcome import Outcome
+from llmbt_runtime.variation import varied
 from llmbt_runtime.world import World, WorldLostError
 
 __all__ = ["Verdict", "come_to_rest", "judged", "means", "run_trial"]
@@ -73,15 +79,21 @@ def come_to_rest(world: World, patience_s: float = 3.0) -> None:
             return
 
 
-def judged(success: Goals, world: World, outcome: Outcome) -> dict[str, Any]:
+def judged(success: Goals, world: World, outcome: Outcome, *, sees: bool = False) -> dict[str, Any]:
     """The success condition by the truth, at rest. A success was checked at rest by the executor; everything else is
-    given time to come to rest."""
+    given time to come to rest. Of a world that `sees` also whether what is then seen of where things are is true."""
     try:
         if outcome not in (Outcome.SUCCESS, Outcome.WORLD_LOST):
             come_to_rest(world)
-        return {"success_by_truth": satisfied(success, world.truth()), "at_rest": world.at_rest}
+        truth = world.truth()
+        found = {"success_by_truth": satisfied(success, truth), "at_rest": world.at_rest}
+        return found | ({"seen_right": _where(world.observe()) == _where(truth)} if sees else {})
     except WorldLostError:
         return {"success_by_truth": False, "at_rest": False}
+
+
+def _where(facts: Facts) -> Facts:
+    return frozenset(c for c in facts if c.name in ("On", "Holding"))
 
 
 def run_trial(trial: Trial, case: Case, folder: Path) -> dict[str, Any]:
@@ -103,7 +115,7 @@ def run_trial(trial: Trial, case: Case, folder: Path) -> dict[str, Any]:
         (folder / "fault.txt").write_text(traceback.format_exc(), encoding="utf-8")
         found = _fault(traceback.format_exc().strip().splitlines()[-1])
     line = trial.as_json() | {"kind": "clear" if request.clear else "unclear", "register": request.register}
-    return line | found | {"verdict": _verdict(found), "wall_time_s": round(time.monotonic() - began, 3)}
+    return line | found | {"verdict": _verdict(line | found), "wall_time_s": round(time.monotonic() - began, 3)}
 
 
 def _fault(why: str) -> dict[str, Any]:
@@ -139,16 +151,24 @@ def _compiled(case: Case, request: Request, folder: Path) -> dict[str, Any]:
 
 def _executed(trial: Trial, case: Case, folder: Path) -> dict[str, Any]:
     tree = folder / "tree.v000.xml"
-    order = Execution(case.scene, trial.setting.world, trial.seed, "random")
+    there = trial.setting
+    order = Execution(
+        *(case.scene, there.world, trial.seed, "random"), vary=there.scenes == "varied", perception=there.perception
+    )
+    seen: dict[str, Any] = {}
+    if there.world == "symbolic" and there.perception == "camera":
+        right, state = _seen(trial, case, folder)
+        order, seen = replace(order, state=state), {"seen_right": right}
     document = execute_tree(
         tree.read_bytes(),
         str(tree),
         folder,
         order,
         Progress(quiet=True),
-        judge=lambda world, outcome: judged(case.success, world, outcome),
-        physics=_physics,
+        judge=lambda world, outcome: judged(case.success, world, outcome, sees=there.perception == "camera"),
+        physics=None if order.vary else partial(_physics, sees=there.perception == "camera"),
     )
+    seen = {"seen_right": document["seen_right"], **seen} if "seen_right" in document else seen
     told = [v.record for v in VersionStore(folder).versions()]
     return {
         "outcome": document["outcome"],
@@ -163,13 +183,30 @@ def _executed(trial: Trial, case: Case, folder: Path) -> dict[str, Any]:
         "planner_calls": document["planner_calls"],
         "nodes": [r["nodes"] for r in told if "nodes" in r],
         "sim_time_s": document["sim_time_s"],
+        **seen,
     }
 
 
-def _physics(scene: Scene, seed: int, specs: tuple[DisturbanceSpec, ...], aims: tuple[Condition, ...]) -> World:
+def _physics(
+    scene: Scene, seed: int, specs: tuple[DisturbanceSpec, ...], aims: tuple[Condition, ...], *, sees: bool
+) -> World:
     from llmbt.experiment.worlds import kept_world
 
-    return kept_world(scene, seed, specs, aims)
+    return kept_world(scene, seed, specs, aims, sees=sees)
+
+
+def _seen(trial: Trial, case: Case, folder: Path) -> tuple[bool, Path]:
+    """The facts that the cameras show before the run, as a state to start from, and whether they are the true ones."""
+    from llmbt.vision import map_of_start
+
+    scene = case.scene
+    if trial.setting.scenes == "varied":
+        scene = varied(scene, chance(trial.seed, "vary"))
+    domain = case.domain()
+    facts = facts_of_map(domain, map_of_start(scene, seed=trial.seed))
+    path = folder / "seen.json"
+    write_atomic(path, json.dumps({"certificate": {"state": sorted(map(str, facts))}}).encode())
+    return facts == facts_of_map(domain, to_semantic_map(scene)), path
 
 
 def _verdict(found: Mapping[str, Any]) -> str:
@@ -178,6 +215,8 @@ def _verdict(found: Mapping[str, Any]) -> str:
     if not found["goals_right"]:
         return Verdict.PARSER
     outcome = Outcome(found["outcome"])
+    if not found.get("seen_right", True) and (found["world"] == "symbolic" or outcome is not Outcome.SUCCESS):
+        return Verdict.RECOGNITION  # what follows from facts that are wrong is judged by them, and means nothing
     if outcome is Outcome.SUCCESS:
         return Verdict.SUCCESS if found["success_by_truth"] else Verdict.TRUTH
     return Verdict.ACTION if outcome in (Outcome.ACTION_FAILED, Outcome.WORLD_LOST) else Verdict.UPDATE

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from typing import Any
+from urllib.parse import quote
 
 from llmbt_ir.diagnostics import Diagnostic
 
@@ -44,7 +45,7 @@ def _result(diagnostic: Diagnostic, rule: int) -> dict[str, Any]:
     }
     span = diagnostic.span
     if span is not None:
-        place: dict[str, Any] = {"artifactLocation": {"uri": span.source}}
+        place: dict[str, Any] = {"artifactLocation": {"uri": quote(span.source)}}
         if span.line:
             place["region"] = {"startLine": span.line}
             if span.column:

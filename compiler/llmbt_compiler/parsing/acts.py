@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 from llmbt_atl.template import Role, Template
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
-from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN
 from llmbt_compiler.parsing.placing import Placing, extent_of, goal_pattern
@@ -16,7 +15,7 @@ from llmbt_compiler.parsing.words import lexicon
 
 __all__ = ["Acting"]
 
-_COMMAS = frozenset({"", ",", ".", ":", "and", "then"})
+_COMMAS = frozenset({"", ",", ".", ":", ">", "→", "⇒", "and", "then", "is"})
 
 
 @dataclass
@@ -171,8 +170,9 @@ class Acting(Placing):
         aside = next(p for p in template.params if p.name in pattern.params() and p.name != target.name)
         buffer = self.scene.buffer(aside.type)
         if buffer is None:
-            self.complain("E308", f"there is no {aside.type} to put {', '.join(found.ids)} in", clause.extent)
-            raise Stop
+            self.targets, self.lost = (found.ids, self.turn), False
+            self.left_out(clause, "is done where something is in the way; it is to end up nowhere in particular")
+            return
         for i in found.ids:
             self.fit(i, target.type, clause.extent)
             condition = pattern.bind({target.name: i, aside.name: buffer})

@@ -4,17 +4,24 @@ the second must not be lost silently.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from itertools import pairwise, takewhile
 
 from llmbt_compiler.parsing.model import Extent, LabelledStep
 from llmbt_compiler.parsing.names import exactly_named
-from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.scene import Entity, Scene
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["in_passing", "mentioned", "mentions", "unread"]
+__all__ = ["in_passing", "mentioned", "mentions", "restrictions", "unread"]
 
 _MARKS = frozenset({",", ".", ";", ":"})
+_RESTRICTION = re.compile(
+    r"\b(?:no two|(?:(?:no|not|never) more than|at most) (?:one|two|three|four|five|\d))\s+"
+    r"(?!(?:cm|mm|m|metres?|meters?|s|seconds?|minutes?|times?|degrees?|newtons?|per)\b)[a-z][^,;.]*",
+    re.IGNORECASE,
+)
+_PASSING = frozenset({"past", "via", "across", "along", "beyond"})
 _ASIDE = ("subordinate", "except", "negation", "stative")
 
 
@@ -36,15 +43,15 @@ def _free(step: LabelledStep, first: Token, last: Token) -> bool:
     return not any(s.start < last.end and first.start < s.end for s in step.spans)
 
 
-def mentioned(step: LabelledStep, scene: Scene) -> tuple[str, ...]:
-    """The objects that a step names outside its keywords."""
+def mentioned(step: LabelledStep, scene: Scene, pool: Sequence[Entity]) -> tuple[str, ...]:
+    """The things of `pool` that a step names outside its keywords."""
     parts = tokens(step.text)
     names = [
         [t for t in parts if first.start <= t.start <= last.start]
         for first, last in mentions(parts, scene)
         if _free(step, first, last)
     ]
-    return tuple(dict.fromkeys(e.id for n in names for e in exactly_named(n, scene.objects)))
+    return tuple(dict.fromkeys(e.id for n in names for e in exactly_named(n, pool)))
 
 
 def unread(step: LabelledStep, scene: Scene, used: Sequence[Extent]) -> tuple[Extent, ...]:
@@ -57,6 +64,12 @@ def unread(step: LabelledStep, scene: Scene, used: Sequence[Extent]) -> tuple[Ex
         if _free(step, first, last) and not known and not in_passing(parts, first, step, used):
             found.append(extent)
     return tuple(sorted(found))
+
+
+def restrictions(step: LabelledStep) -> tuple[Extent, ...]:
+    """Where a step says how many things may be alike or together ("no two different shapes on the same level"): a
+    conjunction of goals has no word for that, and must not be taken for one that has."""
+    return tuple(Extent(*m.span()) for m in _RESTRICTION.finditer(step.text))
 
 
 def _described(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, Token]]:
@@ -87,4 +100,7 @@ def in_passing(
     marks = any(t.text in _MARKS or lex.is_(t.text, "joints") for t in before)
     after = takewhile(lambda t: t.text not in _MARKS, (t for t in parts if t.start > first.start))
     told = any(lex.is_(t.text, "stative") for t in after) if not ends else False
+    by = next((t.text for t in reversed(before) if not lex.is_(t.text, "articles")), "")
+    if by in _PASSING:
+        return True
     return (narrowing and inner and not marks) or told or any(lex.is_(t.text, *_ASIDE) for t in before)

@@ -27,6 +27,24 @@ _STILL = frozenset({"left", "still", "there", "here", "now", "currently", "alrea
 _NO_NAME = frozenset({"to", "do", "dont", "not", "any"})
 _MARKUP = frozenset("*`\"“”'‘’")
 _TRAIL = 6
+_STANDING = frozenset(
+    {
+        "that",
+        "which",
+        "is",
+        "are",
+        "currently",
+        "now",
+        "standing",
+        "lying",
+        "stands",
+        "lies",
+        "sits",
+        "stand",
+        "lie",
+        "sit",
+    }
+)
 _INNER = frozenset({"on", "in", "at", "of", "inside", "within", "from"})
 
 
@@ -249,6 +267,7 @@ def _grouped(spans: Sequence[KeywordSpan]) -> list[list[KeywordSpan]]:
 def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> Clause:
     action = next((s for s in spans if s.label is Kind.ACTION), None)
     phrases = [_phrase(text, s) for s in spans if s.label is not Kind.ACTION]
+    phrases = [_after_verb(p, action) for p in phrases]
     missed = _missed(text, action) if not any(p.kind is Kind.TARGET for p in phrases) else None
     if missed is not None:
         phrases.insert(0, _phrase(text, missed))
@@ -260,6 +279,7 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
     own = lead[1:] if begin and lead and lex.is_(lead[0].text, "conditional") else lead
     own = [*own, *tail] if end == len(text.step.text) else own
     conditional = any(_conditional(a, b) for a, b in pairwise([*own, None])) or _in_case(lead)
+    conditional &= not {"unless", "already"} <= {t.text for t in own}  # a goal that holds already costs nothing
     excepted = [i for i, t in enumerate(tail) if lex.is_(t.text, "except")]
     exception = tuple(tail[excepted[0] + 1 :]) if excepted else ()
     if any(p.excluded for p in phrases):
@@ -269,10 +289,17 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
         Extent(action.start, action.end) if action is not None else extent,
         _particles(text, action, phrases),
         _groups(phrases),
-        any(lex.is_(t.text, "negation") for t in lead[-3:]),
+        any(lex.is_(t.text, "negation") for t in lead[-3:])
+        or any((a.text, b.text) == ("no", "need") for a, b in pairwise(lead)),
         conditional,
         exception,
     )
+
+
+def _after_verb(phrase: Phrase, action: KeywordSpan | None) -> Phrase:
+    """ "Hand over the milk": a word that belongs to the verb says nothing of where the thing behind it is."""
+    known = action is not None and f"{action.text.casefold()}_{phrase.relation}" in lexicon().synonyms
+    return replace(phrase, preposition="", relation="") if known and phrase.kind is Kind.TARGET else phrase
 
 
 def _missed(text: _Text, action: KeywordSpan | None) -> KeywordSpan | None:
@@ -412,6 +439,8 @@ def _followed(text: _Text, phrase: Phrase) -> Phrase:
                 break
             inside.append(t)
         return replace(phrase, aside=tuple(inside))
+    stands = next((i for i, t in enumerate(free) if t.text not in _STANDING), len(free))
+    free = free[stands:] if stands < len(free) and free[stands].text in _INNER else free
     if free[0].text in _INNER or free[0].text == ",":
         trail = tuple(takewhile(lambda t: t.word or t.number is not None, free[1 : _TRAIL + 1]))
         return replace(phrase, after=trail) if free[0].text == "," else replace(phrase, trail=trail)

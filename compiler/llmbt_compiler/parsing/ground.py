@@ -38,8 +38,9 @@ class Open(Stop):
 class Grounding:
     """What the walk knows so far, and how a phrase is understood by it.
 
-    `mentioned` are the objects that the step at hand names in words that are no keywords, `used` the words of it that
-    were understood, `ordered` whether it asks for an order.
+    `mentioned` are the objects, `around` the places that the step at hand names in words that are no keywords, `used`
+    the words of it that were understood, `ordered` whether it asks for an order, `idle` whether
+    the clause at hand only looks.
     """
 
     scene: Scene
@@ -52,8 +53,10 @@ class Grounding:
     described: tuple[str, ...] = ()
     lost: bool = False
     mentioned: tuple[str, ...] = ()
+    around: tuple[str, ...] = ()
     used: list[Extent] = field(default_factory=list)
     ordered: bool = False
+    idle: bool = False
     approached: str | None = None
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
@@ -128,6 +131,7 @@ class Grounding:
             self.place[0] if self.turn - self.place[1] <= 1 else None,
             self.lost,
             self.mentioned,
+            self.around,
         )
 
     def of_robot(self, phrase: Phrase) -> bool:
@@ -440,7 +444,13 @@ class Grounding:
         return a is not None and b is not None and a != b and self.scene.within(b, a)
 
     def outer(self, destinations: list[Phrase], locations: list[Phrase]) -> Phrase | None:
-        """A level tagged apart from its position ("position 12 | shelf level 1"): no place of its own."""
+        """A level tagged apart from its position ("position 12 | shelf level 1"): no place of its own. One told before
+        its position ("shelf level 2, position 23") goes without saying."""
+        for before, after in pairwise(destinations):
+            between = self.now.text[before.extent.end : after.extent.start].strip()
+            if between in {",", ", at", ", in", ", on", "at", "-"} and self.contains(before, after):
+                destinations.remove(before)
+                return None
         for phrase in (*destinations[1:], *locations):
             ends = [d for d in destinations if d is not phrase and d.extent.end <= phrase.extent.start]
             gap = self.now.text[ends[-1].extent.end : phrase.extent.start].split() if ends else []

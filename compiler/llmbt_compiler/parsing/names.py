@@ -44,7 +44,7 @@ class Talk:
     `where` is where the objects stand after the steps so far; `handled` have a goal or are in the hand; `pending` are
     picked up and not put down; `targets`, `described` and `place` belong to the last phrases, in this step or the one
     before; `lost`: the last target could not be resolved, so that "it" means nothing; `mentioned` are objects that the
-    step names on the side ("after picking up the coke, bring it ...").
+    step names on the side ("after picking up the coke, bring it ..."), `around` such places.
     """
 
     where: Mapping[str, str | None] = field(default_factory=dict)
@@ -55,6 +55,7 @@ class Talk:
     place: str | None = None
     lost: bool = False
     mentioned: tuple[str, ...] = ()
+    around: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,9 +65,11 @@ def resolve_objects(
 
 
 def _content(parts: Sequence[Token], scene: Scene) -> Sequence[Token]:
-    """ "Carton of milk" is the milk, where the map knows no carton."""
+    """ "Carton of milk" is the milk, where the map knows no carton; "the set of green blocks" is these blocks."""
     lex = lexicon()
     for i, t in enumerate(parts[:-1]):
+        if t.text in lex.collectives and parts[i + 1].text == "of" and i + 2 < len(parts):
+            return (*parts[:i], *parts[i + 2 :])
         vessel = i and t.text == "of" and lex.is_(next(singulars(parts[i - 1].text)), "vessels")
         if vessel and parts[i - 1].text not in scene.vocabulary(True):
             return (*(p for p in parts[: i - 1] if lex.is_(p.text, "articles")), *parts[i + 1 :])
@@ -140,6 +142,9 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
             )
     if not base:
         return unknown(d, scene, True, said)
+    if d.anaphoric and set(d.texts) <= scene.colours:  # "the red cup on the table, the blue one on the bar"
+        kinds = [scene[i].words - scene.colours for i in talk.targets]
+        base = [e for e in base if any(kind <= e.words for kind in kinds)] or base
     sized = _sized(d, base, said)
     if isinstance(sized, Fault):
         return sized

@@ -17,6 +17,12 @@ from llmbt_ir.diagnostics import Severity
 __all__ = ["Ordering"]
 
 _STAYS = re.compile(r"\W*(?:where (?:it|they)|alone|untouched|unchanged|as (?:it|they)|in place)\b", re.IGNORECASE)
+_IS = re.compile(
+    r"\s+(?:(?:is|are|stands?|lies|lie|sits?)\s+(?:now\s+|currently\s+|still\s+|already\s+)*(?:on|in|at)"
+    r"|(?:stays?|remains?)(?:\s+where)?)\b",
+    re.IGNORECASE,
+)
+_ARE = re.compile(r"\s+(?:is|are)\s+(?:the\s+)?(?=\w+\s+\d|\w+_\d)", re.IGNORECASE)
 
 
 @dataclass
@@ -47,7 +53,7 @@ class Ordering(Acting):
             verb.is_("again") and not verb.templates
         ):
             self.again(clause, things)
-        elif verb.is_("closing") and not self.held(things, verb):
+        elif verb.is_("closing") and not self.held(things, verb) and (robot or verb.lemma != "wrap"):
             self.close(clause, things)
         elif verb.is_("opening") and (robot or not things.targets or not verb.templates or _release(verb)):
             self.open(clause, verb, things, bool(robot))
@@ -77,10 +83,24 @@ class Ordering(Acting):
         rest = tuple(words[1:])
         if head == "re" and rest:
             head, rest = rest[0], rest[1:]
+        head = self.meant(clause, head)
         verb = read_verb(head, (*rest, *clause.particles), self.scene.library)
         if verb.corrected:
             self.note(NoteKind.CORRECTED, f"`{head}` is read as `{verb.lemma}`", clause.extent)
         return verb
+
+    def meant(self, clause: Clause, head: str) -> str:
+        """The verb that an idiom stands for: "make your way to", "have object 4 placed on"."""
+        after = [t.text for t in tokens(self.now.text, clause.extent.end)[:2]]
+        if head in {"make", "find"} and after[1:] == ["way"]:
+            return "go"
+        targets = [p.extent.end for p in clause.phrases if p.kind == "Target" and p.extent.start > clause.extent.end]
+        if head not in {"have", "get", "want", "need", "see"} or not targets:
+            return head
+        done = next((t.text for t in tokens(self.now.text, targets[0]) if t.text not in {"to", "be"}), "")
+        participle = done.endswith(("ed", "en")) or done in {"put", "set", "brought", "sent", "laid"}
+        verb = read_verb(done, (), self.scene.library) if participle else None
+        return done if verb is not None and verb.templates and not verb.corrected else head
 
     def contingency(self, clause: Clause, verb: Verb) -> None:
         """ "If it falls, pick it up": the tree does so by itself; a condition of another kind is told."""
@@ -93,6 +113,12 @@ class Ordering(Acting):
 
     def ellipsis(self, clause: Clause, things: Group) -> None:
         """A step without an action: as the step before, if that put something somewhere."""
+        ends = [p.extent.end for p in things.targets]
+        told = ends and (_IS.match(self.now.text, ends[-1]) or (len(ends) > 1 and _ARE.match(self.now.text, ends[0])))
+        if told:
+            self.mention(Group(things.targets))
+            self.left_out(clause, "is said to be so; nothing is to be done")
+            return
         templates = self.last or tuple(sorted(self.placing(), key=lambda t: "_" in t.name))
         if things.targets and not things.destinations and self.likewise():
             self.again(clause, things)
@@ -108,13 +134,18 @@ class Ordering(Acting):
         return any(lexicon().is_(t.text, "likewise", "same") for t in tokens(self.now.text))
 
     def without_template(self, clause: Clause, verb: Verb, things: Group) -> None:
-        if (verb.is_("idle") and not verb.is_("motion")) or (
+        if verb.is_("wishing") and things.targets and things.destinations:
+            self.ellipsis(clause, things)  # "I want object 3 on position 22"
+        elif (verb.is_("idle") and not verb.is_("motion")) or (
             verb.is_("hand") and things.targets and self.quiet(things.targets[0])
         ):
             self.mention(things)
             self.left_out(clause, "changes no goal")
+            self.idle = verb.is_("checking")
         elif verb.is_("motion") and not things.targets:
             self.moves(clause, things)
+        elif verb.is_("removing") and things.targets and things.destinations and self.placing():
+            self.act(clause, Verb(verb.text, verb.lemma, self.placing()), things)  # "clear the cup off to the desk"
         elif verb.is_("reaching") and all(self.quiet(p) for p in things.targets):
             self.mention(things)
             self.left_out(clause, "changes no goal")

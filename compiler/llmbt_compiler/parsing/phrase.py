@@ -38,6 +38,7 @@ class Description:
     rank: str = ""
     size: str = ""
     pronoun: str = ""
+    anaphoric: bool = False  # "one" or "ones" in the place of a noun
 
     @property
     def many(self) -> bool:
@@ -178,7 +179,7 @@ class _Reader:
             self.flags["pronoun"] = "one"
             return True
         if described or (last and "definite" in self.flags):
-            self.noun = True
+            self.noun = self.flags["anaphoric"] = True
             return True
         return False
 
@@ -204,7 +205,7 @@ class _Reader:
         own = self.scene.vocabulary(self.movable)
         if t.text in {"ones", "one"}:
             self.flags["plural"] = t.text == "ones"
-            self.noun = True
+            self.noun = self.flags["anaphoric"] = True
         elif t.text in own and (not lex.is_(t.text, "articles") or self.letter(i, t)):
             self.content(t)
         elif self.movable and t.text in lex.sizes:
@@ -295,7 +296,7 @@ class _Reader:
 def describe(parts: Sequence[Token], scene: Scene, movable: bool) -> Description:
     """Take one phrase apart. `parts` is not empty; `movable` says whether it is to name objects or places."""
     extent = Extent(parts[0].start, parts[-1].end)
-    said = [t.text for t in parts if t.word or t.number is not None]
+    said = [t.text for t in parts if (t.word or t.number is not None) and t.text != "of"]
     if movable and said and said[-1] in {"former", "latter"} and len(said) <= 2:
         return Description(extent, pronoun=said[-1])
     both = len(said) == 2 and said[0] in {"all", "both"}

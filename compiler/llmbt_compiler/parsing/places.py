@@ -170,6 +170,8 @@ def _pointed(d: Description, said: str, scene: Scene, talk: Talk) -> Found | Fau
         return ambiguous(d, people, said) if people else unknown(d, scene, False, said)
     if talk.place is not None:
         return Found((talk.place,))
+    if len(talk.around) == 1:  # "since the desk is empty, put the apple there"
+        return Found(talk.around)
     return Fault("E305", f"`{said}` points to no place named before", d.extent, "where?", "name the place")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from itertools import takewhile
+from itertools import pairwise, takewhile
 from typing import Self
 
 from llmbt_atl.library import Library
@@ -26,6 +26,7 @@ from llmbt_ir.diagnostics import Diagnostic
 __all__ = ["Placing", "extent_of", "goal_pattern"]
 
 
+_ARROWS = frozenset({"->", "=>", "→", "⇒", "to"})
 _SIDE = frozenset({"the", "far", "very", "left", "right", "front", "back", "side", "end", "hand", "most"})
 
 
@@ -64,6 +65,12 @@ class Placing(Grounding):
         for p in [p for p in destinations if lex.is_(p.preposition, "from")]:
             destinations.remove(p)
             locations.append(p)
+        for a, b in pairwise(destinations):
+            if (
+                self.now.text[a.extent.end : b.extent.start].strip() in _ARROWS
+            ):  # "object 1: sorting area -> position 11"
+                destinations.remove(a)
+                locations.append(a)
         placed_on = [p for p in locations if lex.is_(p.preposition, "at", "onto") and not p.relation]
         if not destinations and placed_on and not self.all_there(targets, placed_on[-1]):
             destinations.append(placed_on[-1])

@@ -10,6 +10,8 @@ from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.beside import mentions
+from llmbt_compiler.parsing.forms import asked_for, filled, let_go, listed, place_of_its_own, told_as_placing, wanted_by
+from llmbt_compiler.parsing.headings import from_to, in_turn, named_by_heading
 from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.scene import Scene
@@ -25,12 +27,17 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     """The step with the keywords that its form implies; as it is where its form implies none."""
     if len(step.text) > _LONGEST:
         return step
+    told = from_to(step, scene)
+    if told is not None:
+        return told
+    step = named_by_heading(in_turn(step))
     called = _calls(step, scene)
     if called is not None:
         return called
-    told = _listed(step, scene) or _told_as_placing(step)
+    told = listed(step, scene) or told_as_placing(step)
     if told is not step:
         return told
+    step = let_go(place_of_its_own(filled(wanted_by(asked_for(step, scene), scene), scene), scene))
     return _whole_names(_nouns_for_verbs(step, scene), scene) if scene.snap else step
 
 
@@ -50,9 +57,20 @@ def _calls(step: LabelledStep, scene: Scene) -> LabelledStep | None:
         return None
     spans: list[KeywordSpan] = []
     for m in found:
-        spans.append(KeywordSpan(*m.span("verb"), Kind.ACTION, m["verb"]))
+        spans.append(KeywordSpan(*m.span("verb"), Kind.ACTION, _verb_of(m["verb"], scene)))
         spans += _arguments(step.text, *m.span("args"), scene)
     return replace(step, spans=tuple(spans), readings=())
+
+
+def _verb_of(name: str, scene: Scene) -> str:
+    """The name of a call, or of a condition ("On(object_1, position_11)") the verb that brings it about."""
+    if read_verb(name, (), scene.library).templates:
+        return name
+    for t in scene.library.templates.values():
+        for p in t.post:
+            if p.name.casefold() == name.casefold() and scene.library.conditions[p.name].goal and t.verbs:
+                return str(t.verbs[0])
+    return name
 
 
 def _arguments(text: str, start: int, end: int, scene: Scene) -> Iterator[KeywordSpan]:
@@ -74,60 +92,7 @@ def _arguments(text: str, start: int, end: int, scene: Scene) -> Iterator[Keywor
         yield KeywordSpan(a, b, kind, text[a:b])
 
 
-# --- notes without a verb -------------------------------------------------------------------------------------------
-
-_GOES = re.compile(
-    r"\W*(?P<thing>[^,;:.]{2,80}?)\s+(?:(?:should|must|will|has to|have to|needs? to|is to|are to)\s+)?(?:then\s+|"
-    r"also\s+|"
-    r"now\s+)?(?:go|goes|belongs?)\s+(?:back\s+)?(?:on|onto|to|into|in|at)\s+(?P<place>[^,;:.]{2,80})[\s.!]*$",
-    re.IGNORECASE,
-)
-_IS_GIVEN = re.compile(
-    r"^\W*(?P<place>[^,;:.]{2,80}?)\s+(?:(?:should|must|will)\s+)?(?:gets?|"
-    r"receives?)\s+(?P<thing>[^,;:.]{2,80})[\s.!]*$",
-    re.IGNORECASE,
-)
-_COLON = re.compile(r"^\W*(?P<thing>[^,;:.]{2,60}?)\s*(?::|->|=>|→)\s*(?P<place>[^,;:.]{2,60})[\s.!]*$", re.IGNORECASE)
-_HEADED = re.compile(r"^\W*(?P<place>[^,;:.]{2,40}?)\s*:\s*(?P<things>[^:;]{2,200}?)[\s.!]*$")
-_PART = re.compile(r"(?:^|,|&|\band\b)\s*(?P<name>(?:(?!,|&|\band\b).)+?)\s*(?=,|&|\band\b|$)")
-_LEAD = re.compile(r"^\W*(?:as|since|because)\s[^,;:.]{2,80},\s*(?=\S)", re.IGNORECASE)
-_ROBOT = re.compile(r"(?:the )?(?:robot|arm|gripper|hand|manipulator|you|we)\b", re.IGNORECASE)
-
-
-def _listed(step: LabelledStep, scene: Scene) -> LabelledStep | None:
-    """ "Level 1: object 1, object 2": a place and, behind the colon, nothing but names of things."""
-    m = _HEADED.match(step.text)
-    if m is None or len(exactly_named(tokens(step.text, *m.span("place")), scene.places)) != 1:
-        return None
-    spans = [KeywordSpan(*m.span("place"), Kind.DESTINATION, m["place"])]
-    for part in _PART.finditer(m["things"]):
-        a, b = (m.start("things") + i for i in part.span("name"))
-        if len(exactly_named(tokens(step.text, a, b), scene.objects)) != 1:
-            return None
-        spans.append(KeywordSpan(a, b, Kind.TARGET, part["name"]))
-    return replace(step, spans=tuple(spans), readings=()) if len(spans) > 1 else None
-
-
-def _told_as_placing(step: LabelledStep) -> LabelledStep:
-    """A step that says where a thing goes without telling anybody to put it there ("object 1 goes to position 11",
-    "position 21 gets object 3", "object 3: position 22"): its thing as target and its place as destination."""
-    text = step.text
-    if len(text) > 300:
-        return step
-    taken = {s.label for s in step.spans}
-    lead = _LEAD.match(text)
-    for pattern in (_GOES, _IS_GIVEN, _COLON):
-        m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
-        if m is None or _ROBOT.match(m["thing"]):
-            continue
-        if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
-            continue
-        if pattern is _COLON and (Kind.ACTION in taken or not re.search(r"\d", m["place"])):
-            continue
-        ends = [(m.start(k), m.end(k), label) for k, label in (("thing", Kind.TARGET), ("place", Kind.DESTINATION))]
-        spans = tuple(KeywordSpan(a, b, label, text[a:b]) for a, b, label in sorted(ends, key=lambda e: e[:2]))
-        return replace(step, spans=spans, readings=())
-    return step
+# --- verbs and nouns -------------------------------------------------------------------------------------------------
 
 
 def _nouns_for_verbs(step: LabelledStep, scene: Scene) -> LabelledStep:

@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.parsing.beside import mentioned, unread
+from llmbt_compiler.parsing.beside import mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses, extents
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.ground import Stop
+from llmbt_compiler.parsing.headings import headed
 from llmbt_compiler.parsing.lacking import lacking
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
@@ -26,8 +27,9 @@ from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space import arrangement, certainty, related
+from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
-from llmbt_compiler.parsing.words import tokens
+from llmbt_compiler.parsing.words import lexicon, tokens
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Severity, nearest
 from llmbt_ir.semantic_map import SemanticMap
@@ -136,8 +138,14 @@ class _Walker(Ordering):
             self.unsure(step)
             return
         step = relabelled(step, self.scene)
-        self.mentioned, self.used = mentioned(step, self.scene), []
+        self.mentioned, self.used = mentioned(step, self.scene, self.scene.objects), []
+        self.around = mentioned(step, self.scene, self.scene.places)
         self.ordered = arrangement(step.text) is not None
+        under = headed(step, self.scene)
+        if under is not None:
+            step, place, extent = under
+            self.place = (place, self.turn)
+            self.used.append(extent)
         found = clauses(step)
         self.use(*(t for c in found for p in c.phrases for t in p.parts))
         if not found and self.names_both(step):
@@ -149,23 +157,34 @@ class _Walker(Ordering):
         before = (self.ledger.acts, self.targets, self.place)
         earlier = len(self.diagnostics)
         for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
+            self.idle = False
             try:
                 for part in related(self, clause, start, end):
                     self.clause(part)
             except Stop:
                 continue
-        told = [
-            Extent(d.span.column - 1, d.span.end_column - 1) for d in self.diagnostics[earlier:] if d.span is not None
-        ]
+            if self.idle and not self.orders_within(step.text, start, end):
+                self.used.append(Extent(start, end))
+        checks = bool(found) and all(c.action and self.only_checks(c.action) for c in found)
+        spans = [d.span for d in self.diagnostics[earlier:] if d.span is not None]
+        told = [Extent(s.column - 1, s.end_column - 1) for s in spans]
         for fault in lacking(step, self.scene, told):
             self.fault(fault)
-        for extent in unread(step, self.scene, self.used):
+        for extent in () if checks else unread(step, self.scene, self.used):
             words = extent.cut(step.text)
             self.complain(
                 "E314", f"`{words}` is named, and what for is not understood", extent, "", "say it in a step of its own"
             )
+        for extent in () if checks else restrictions(step):
+            title = f"`{extent.cut(step.text)}` restricts what may be done, which goals cannot say"
+            self.complain("E314", title, extent, "", "say which thing is to go where")
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def only_checks(self, action: str) -> bool:
+        """Whether a verb changes nothing ("check that ... stand on level 1"): what it names is not asked for."""
+        verb = read_verb(next(iter(action.split()), "?"), (), self.scene.library)
+        return verb.is_("idle") and not verb.templates
 
     def names_both(self, step: LabelledStep) -> bool:
         """Whether a step without keywords names a thing and a place by their numbers."""
@@ -175,6 +194,12 @@ class _Walker(Ordering):
         return any(isinstance(resolve_objects(p, self.scene, quiet), Found) for p in pairs) and any(
             isinstance(resolve_places(p, self.scene, quiet), Found) for p in pairs
         )
+
+    def orders_within(self, text: str, start: int, end: int) -> bool:
+        """Whether behind a comma or an "and" of these words a verb of the library stands: an order that was missed."""
+        pairs = pairwise(tokens(text, start, end))
+        heads = (b.text for a, b in pairs if a.text in {",", ";"} or lexicon().is_(a.text, "joints"))
+        return any(v.templates and not v.corrected for v in (read_verb(w, (), self.scene.library) for w in heads))
 
     def newly(self, other: _Walker) -> str:
         """The goals that another walker has and this one has not."""

@@ -65,6 +65,7 @@ class Lexicon:
     function: Mapping[str, frozenset[str]]
     objects: frozenset[str]
     anything: frozenset[str]
+    collectives: frozenset[str]
     places: frozenset[str]
     shapes: Mapping[str, frozenset[str]]
     sizes: Mapping[str, Size]
@@ -99,6 +100,7 @@ def lexicon() -> Lexicon:
         function={k: frozenset(v) for k, v in raw["function"].items()},
         objects=frozenset(raw["nouns"]["objects"]),
         anything=frozenset(raw["nouns"]["anything"]),
+        collectives=frozenset(raw["nouns"]["collectives"]),
         shapes={k: frozenset(v) for k, v in raw["nouns"]["shapes"].items()},
         sizes={k: Size(v[0], v[1] == "most", len(v) > 2) for k, v in raw["nouns"]["sizes"].items()},
         places=frozenset(raw["nouns"]["places"]),
@@ -135,7 +137,7 @@ def tokens(text: str, start: int = 0, end: int | None = None) -> tuple[Token, ..
 
     Letters and digits part ("P12" is p, 12), apostrophes vanish, underscores are spaces, "1.5" and a minus
     before a lone number stay with it, number words get their value ("twenty-one" is one token with the number
-    21).
+    21), "not only A but also B" has the tokens of "A and B".
     """
     end = len(text) if end is None else end
     out: list[Token] = []
@@ -145,11 +147,27 @@ def tokens(text: str, start: int = 0, end: int | None = None) -> tuple[Token, ..
         word = unicodedata.normalize("NFKC", raw).casefold().translate(_APOSTROPHES)
         if not word or (not word[0].isalnum() and kind != "-"):
             continue
+        if word == "s" and glued and out[-1].digits and len(raw) > 1:
+            continue  # "object 4's"
         number = (word.lstrip("0") or "0") if kind == "9" else None
         owner = raw.endswith(("'s", "’s")) and len(word) > 2
         word = word[:-1] if owner else word
         out.append(Token(word, start + a, start + b, glued, number, owner))
-    return tuple(_numbered(_decimals(out)))
+    return tuple(_numbered(_decimals(_correlated(out))))
+
+
+def _correlated(parts: list[Token]) -> list[Token]:
+    """ "Not only A but also B", "A followed by B" is A and B."""
+    out: list[Token] = []
+    for t in parts:
+        said = out[-1].text if out else ""
+        if (said, t.text) == ("not", "only"):
+            out.pop()
+        elif (said, t.text) in {("but", "also"), ("followed", "by")}:
+            out[-1] = Token("and", out[-1].start, t.end)
+        else:
+            out.append(t)
+    return out
 
 
 def _decimals(parts: list[Token]) -> list[Token]:

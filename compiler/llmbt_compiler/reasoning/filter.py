@@ -35,6 +35,8 @@ __all__ = ["MAX_REPLY_CHARS", "MAX_STEPS", "filter_steps"]
 MAX_REPLY_CHARS = 60_000
 MAX_STEPS = 200
 MAX_STEP_CHARS = 1_000
+_NAME = 4
+"""Words that the name of a thing has at most, in a heading."""
 ANEW = "record the reply again (--record --replace), or write one by hand: llmbt cassette author"
 
 _QUESTION = re.compile(r"^[ \t>*_#`~-]*QUESTION\b[ \t*_]*:[ \t*_]*", re.IGNORECASE | re.MULTILINE)
@@ -44,6 +46,12 @@ _SENTENCE_END = re.compile(
 )
 _ABBREVIATION = re.compile(r"\b(?:e\.g|i\.e|etc|approx|no|nr|pos|fig|vs|cf)\.$", re.IGNORECASE)
 _THEN = re.compile(r"\s*[,;]\s+(?:and\s+)?(?=then\b)|\s+(?=and then\b)", re.IGNORECASE)
+_ARROW = re.compile(r"\s*(?:→|⇒|->|=>)\s*(?=[A-Za-z])")
+_OPEN = re.compile(
+    r"\W*[a-z]+(?:\s+(?:up|down|over|back))?\s+(?:from|off|on|onto|in|into|to|at|it|them)\b|.*\bthere\b",
+    re.IGNORECASE | re.DOTALL,
+)
+"""A command that leaves out what it is about, or where: its heading says it."""
 _STUMP = re.compile(r"[.!?:;)][ \t]*[\r\n]\s*\d{1,3}[.)]?\s*\Z")
 _ON_NUMBER = re.compile(
     r"\b(?:on|onto|in|into|to|at|over)\s+(?:\w+\s+){0,3}?(?:\w*[ _-]?\d+|\w*\d+-?[A-Za-z]|[a-z]+[ _-][A-Z]{1,3})$"
@@ -290,6 +298,8 @@ def _of_item(item: Item, number: int | None) -> list[_Found]:
     for child in item.children:
         below += _of_item(child, number if child.number is None or item.kind is Kind.NUMBER else child.number)
     below = [f for f in below if f.sort.sense in (Sense.ACTION, Sense.UNKNOWN)]
+    if below and own and not any(f.sort.sense is Sense.ACTION for f in own):
+        below = _headed(_trim(item.view), below)
     acts_below = [f for f in below if f.sort.sense is Sense.ACTION]
     if not below:
         heading = item.view.text.rstrip().endswith(":") and not references(item.view.text)
@@ -318,11 +328,28 @@ def _own(whole: View, number: int | None) -> list[_Found]:
         explains = heads and (whole.bold or sense(tail.text).sense is not Sense.UNKNOWN) and not assigns(whole.text)
         return heads if explains else _acts(whole, number)
     ours, theirs = references(head.text), frozenset().union(*(references(f.view.text) for f in acts))
-    if not any(f.sort.sense is Sense.ACTION for f in heads) or ours < theirs:
+    if not any(f.sort.sense is Sense.ACTION for f in heads):
+        return _headed(head, acts)
+    if ours < theirs:
         return acts
     if theirs < ours or (ours == theirs and (ours or len(head.text.split()) > 2)):
         return heads
     return acts if ours == theirs else heads + acts
+
+
+def _headed(head: View, acts: list[_Found]) -> list[_Found]:
+    """The first command with its heading before it, where it needs that to be understood ("Potato chips: pick up from
+    the table"); a heading that is longer than a name stays away."""
+    first, *rest = acts
+    if len(head.text.split()) > _NAME or not _OPEN.match(first.view.text):
+        return acts
+    return [replace(first, view=_joined_by_colon(head, first.view)), *rest]
+
+
+def _joined_by_colon(head: View, text: View) -> View:
+    """Both, with a colon that stands for whatever parts them in the reply."""
+    mark = View(":", head.origin[-1:])
+    return View(f"{head.text}: {text.text}", (*head.origin, *mark.origin, *mark.origin, *text.origin))
 
 
 def _head_and_tail(whole: View) -> tuple[View | None, View | None]:
@@ -350,7 +377,7 @@ def _acts(whole: View, number: int | None) -> list[_Found]:
     """The sentences of a listed text that may be steps; the first decides, further ones only where they
     act."""
     found: list[_Found] = []
-    for sentence in _sentences(whole):
+    for sentence in (part for s in _sentences(whole) for part in _by_arrows(s)):
         sort = sense(sentence.text)
         if sort.sense in (Sense.UNKNOWN, Sense.PASSIVE, Sense.EXPLANATION) and found:
             if assigns(sentence.text) and _ONE_THING.match(sentence.text):
@@ -359,6 +386,14 @@ def _acts(whole: View, number: int | None) -> list[_Found]:
         if sort.sense in (Sense.ACTION, Sense.UNKNOWN, Sense.PASSIVE) or assigns(sentence.text):
             found.append(_Found(sentence.part(sort.cut, len(sentence.text)), sort, number))
     return found
+
+
+def _by_arrows(sentence: View) -> list[View]:
+    """ "Pick up object 1 → place on position 21" has two steps, if what stands on each side is one."""
+    text = sentence.text
+    cuts = [0, *(e for m in _ARROW.finditer(text) for e in m.span()), len(text)]
+    parts = [sentence.part(a, b) for a, b in zip(cuts[::2], cuts[1::2], strict=True)]
+    return parts if all(p.text and sense(p.text).sense is Sense.ACTION for p in parts) else [sentence]
 
 
 def _of_row(item: Item) -> list[_Found]:

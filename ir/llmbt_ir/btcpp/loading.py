@@ -13,6 +13,7 @@ __all__ = ["LEVELS", "check_loading"]
 
 LEVELS = 256
 """In one <BehaviorTree>; a <SubTree> starts the count again."""
+VERSION_3 = {"SequenceStar": "SequenceWithMemory", "SubTreePlus": 'SubTree, with _autoremap="true" where wanted'}
 PORT_NAMES = "it begins with a letter, has none of the characters that names may not have, and is not reserved"
 
 
@@ -170,9 +171,12 @@ def _name(file: File, index: int, name: str, attribute: str) -> None:
 
 
 def _unknown(file: File, index: int) -> None:
-    """A node type that nothing declares: an error where the file declares others, or has children to be ticked."""
+    """A node type that nothing declares: an error where the file declares others, or has children to be ticked, or
+    where it is a name that version 3 had."""
     name = file.type_of(index)
-    if file.declared or file.document.kids(index):
+    if name in VERSION_3:
+        file.say("T109", f"<{name}> is a node of version 3", index, f"in version 4 it is {VERSION_3[name]}")
+    elif file.declared or file.document.kids(index):
         title = f"unknown node `{name}`: it is not built in, and TreeNodesModel does not declare it"
         file.say("T109", title, index, near=(name, file.types))
 

@@ -21,7 +21,7 @@ from llmbt_runtime.bullet.bodies import BodyState, Extent, lying_at
 from llmbt_runtime.bullet.grasping import Verdict
 from llmbt_runtime.bullet.judging import Judge
 from llmbt_runtime.bullet.navigation import footprint_of
-from llmbt_runtime.bullet.spots import free_spots, small_half_m
+from llmbt_runtime.bullet.spots import free_spots, has_room, small_half_m
 from llmbt_runtime.bullet.stage import Stage
 from llmbt_runtime.bullet.terrain import Terrain
 
@@ -197,8 +197,7 @@ class Interventions:
     def _has_room(self, place: ScenePlace, body: Body) -> bool:
         """Whether a thing could be put down somewhere on a region, one way round or the other."""
         lying = [s.extent for _, s in self.bench.others(body.id)]
-        halves = {(body.size_m[0] / 2, body.size_m[1] / 2), (body.size_m[1] / 2, body.size_m[0] / 2)}
-        return any(free_spots(place, half, lying, self.scene.fixtures, None) for half in sorted(halves))
+        return has_room(place, body.size_m, lying, self.scene.fixtures)
 
     def _fits_elsewhere(self, body: Body, *only: str) -> bool:
         """Whether there is a place that an obstacle can be put aside on; the floor is none."""

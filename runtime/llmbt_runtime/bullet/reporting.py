@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from llmbt_ir.condition import ActionCall, Condition, Facts
+from llmbt_runtime.facts import Change, change_between
 
 __all__ = ["Reporter", "post_of"]
 
@@ -67,12 +68,27 @@ class Reporter:
     _handled: str = ""
     _places: frozenset[str] = frozenset()
     _near: str | None = None
+    _committed: bool = False
     last: Facts = field(default=frozenset())
+    _handed_over: Facts = frozenset()
 
     @property
     def in_contact(self) -> bool:
         """Whether a contact phase is on."""
         return self._snapshot is not None
+
+    @property
+    def may_halt(self) -> bool:
+        """Whether the action may be halted now: not in a contact phase, nor before it has set down what it must."""
+        return not (self.in_contact or self._committed)
+
+    def commit(self) -> None:
+        """From the contact phase that is on until `release`, the action may not be halted."""
+        self._committed = self._committed or self.in_contact
+
+    def release(self) -> None:
+        """The action may be halted again."""
+        self._committed = False
 
     def begin(self, action: ActionCall) -> None:
         """An action starts; what it will bring about and does not hold now is withheld until `end`."""
@@ -91,6 +107,7 @@ class Reporter:
         """The action has ended, or was halted."""
         self._withheld, self._at_start = frozenset(), frozenset()
         self._near = None
+        self.release()
         self.leave_contact()
 
     def hold_near(self, place: str) -> None:
@@ -117,8 +134,14 @@ class Reporter:
             told = frozenset(c for c in told if c.name != "Near") | {Condition("Near", (self._near,))}
         if self._withheld:
             told = self._held_back(told)
-        self.last = told
-        return told
+        if told != self.last:
+            self.last = told
+        return self.last
+
+    def changes(self) -> Change:
+        """How `last` differs from what it was at the last call."""
+        change, self._handed_over = change_between(self._handed_over, self.last), self.last
+        return change
 
     def _frozen(self, facts: Facts, before: Facts) -> Facts:
         handled = self._handled

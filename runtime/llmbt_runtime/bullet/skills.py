@@ -10,15 +10,19 @@ hand_not_empty, not_let_go, unknown_object, no_plan, no_path, not_seen.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
-from llmbt_ir.condition import ActionCall
+from llmbt_ir.condition import ActionCall, Condition
 from llmbt_runtime.bullet.arm import Skill, SkillError
 from llmbt_runtime.bullet.driving import Driver
 from llmbt_runtime.bullet.handling import Hand
 from llmbt_runtime.bullet.looking import Searcher
+from llmbt_runtime.bullet.spots import has_room
 
 __all__ = ["Skill", "SkillError", "Skills"]
+
+_UPRIGHT = 0.9
 
 
 @dataclass
@@ -78,6 +82,8 @@ class Skills:
 
     def transfer(self, target: str, place: str, region: str, for_: str | None = None) -> Skill:
         """Take a thing and put it down in a region, so that `for_` can be taken afterwards."""
+        if region != place:
+            self._expect_room(target, region)
         yield from self.pick(target, place)
         if self.driver.drives and region != place:
             yield from self.driver.navigate(region)
@@ -85,6 +91,7 @@ class Skills:
 
     def recover(self, target: str, place: str) -> Skill:
         """Take a thing from where it fell, on a bench or the floor, and put it onto a place."""
+        self._expect_room(target, place)
         yield from self.driver.come_to_rest()
         yield from self.driver.face(target, None)
         yield from self.hand.take(target, place)
@@ -92,11 +99,26 @@ class Skills:
             yield from self.driver.navigate(place)
         yield from self.hand.put(target, self.hand.scene.place(place))
 
+    def _expect_room(self, target: str, region: str) -> None:
+        """no_free_buffer where a thing could stand nowhere in a region: better known before it is in the hand."""
+        bench, place = self.hand.bench, self.hand.scene.place(region)
+        state = bench.sensed.states.get(target)
+        if state is None or place.is_slot or abs(state.axes[2][2]) < _UPRIGHT:
+            return
+        lying = [s.extent for _, s in bench.others(target)]
+        if not has_room(place, bench.kinds[target].size_m, lying, self.hand.scene.fixtures):
+            raise SkillError("no_free_buffer", denies=Condition("Free", (region,)))
+
     def clear_way(self, obstacle: str, location: str) -> Skill:
-        """Put a thing on the floor aside, so that there is a way, and go it."""
+        """Put a thing on the floor aside, so that there is a way, and go it.
+
+        Once it is in the hand it is set down before the action may be halted: no place may have room for it.
+        """
         yield from self.driver.come_to_rest()
         yield from self.driver.face(obstacle, None)
         aside = self.driver.floor_around(location, obstacle)
-        yield from self.hand.take(obstacle, None)
-        yield from self.hand.put(obstacle, aside)
+        for step in itertools.chain(self.hand.take(obstacle, None), self.hand.put(obstacle, aside)):
+            self.driver.reporter.commit()
+            yield step
+        self.driver.reporter.release()
         yield from self.driver.navigate(location)

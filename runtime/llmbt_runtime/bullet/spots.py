@@ -15,7 +15,7 @@ from llmbt_runtime.bullet.frames import BasePose
 
 Array = NDArray[np.float64]
 
-__all__ = ["SPOT_GAP_TILTED_M", "free_spots", "small_half_m"]
+__all__ = ["SPOT_GAP_TILTED_M", "free_spots", "has_room", "small_half_m"]
 
 _SPOT_STEP_M = 0.02
 _SPOT_GAP_M, SPOT_GAP_TILTED_M = 0.055, 0.025
@@ -69,6 +69,14 @@ def free_spots(
     index = np.flatnonzero(ok)
     order = np.lexsort((gy[index], gx[index], np.round(away[index], 3), -np.round(room[index], 3)))
     return [(float(gx[i]), float(gy[i])) for i in index[order]]
+
+
+def has_room(
+    place: ScenePlace, size_m: tuple[float, ...], keep_off: Iterable[Extent], fixtures: Iterable[Fixture]
+) -> bool:
+    """Whether something of a size could stand somewhere on a region, one way round or the other; the arm aside."""
+    half, lying, fixed = (size_m[0] / 2, size_m[1] / 2), list(keep_off), list(fixtures)
+    return any(free_spots(place, h, lying, fixed, None) for h in sorted({half, half[::-1]}))
 
 
 def _gap(x: Array, y: Array, centre: Vec3, half: tuple[float, float]) -> Array:

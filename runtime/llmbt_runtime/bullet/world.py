@@ -32,6 +32,7 @@ from llmbt_runtime.bullet.skills import Skills
 from llmbt_runtime.bullet.stage import Stage
 from llmbt_runtime.bullet.terrain import Terrain
 from llmbt_runtime.disturbance import DisturbanceSpec
+from llmbt_runtime.facts import Change
 from llmbt_runtime.perception.eyes import Eyes, Recognise
 from llmbt_runtime.world import TICK_S, ActionReport, Disturbed, Status, WorldLostError
 
@@ -162,6 +163,11 @@ class BulletWorld:
         """The facts that the tree's conditions see."""
         return self._reporter.last
 
+    def changes(self) -> Change:
+        """What `observe` gives now against what it gave when this was last asked: what changed is found where the facts
+        are read, which looks at every body anyway."""
+        return self._reporter.changes()
+
     def truth(self) -> Facts:
         """The facts by the physics of this tick alone."""
         return self._truth.strict
@@ -191,7 +197,7 @@ class BulletWorld:
         if self._skill is None:
             self._outcome = None
             return True
-        if self._reporter.in_contact:
+        if not self._reporter.may_halt:
             self._halting = True
             return False
         self._stop()
@@ -259,7 +265,7 @@ class BulletWorld:
             report, self._outcome = self._outcome, None
             self._end()
             return report
-        if self._skill is not None and self._halting and not self._reporter.in_contact:
+        if self._skill is not None and self._halting and self._reporter.may_halt:
             self._stop()
             return ActionReport(Status.IDLE, "halted")
         self._reporter.report(self._reading.settled)

@@ -10,14 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from llmbt_atl.state import Domain
-from llmbt_ir.condition import Facts, Goals, holds, satisfied
+from llmbt_ir.condition import Goals, holds, satisfied
 from llmbt_runtime.engine.engine import OneBody
-from llmbt_runtime.engine.facts import change_between
 from llmbt_runtime.engine.incremental import IncrementalEngine
 from llmbt_runtime.engine.program import Program
 from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
 from llmbt_runtime.tick import NodeStatus
-from llmbt_runtime.update.rollout import perceived
+from llmbt_runtime.view import View
 from llmbt_runtime.world import ActionReport, Status, World, WorldLostError
 
 __all__ = ["drive"]
@@ -53,20 +52,22 @@ class _Drive:
     executed: list[Executed] = field(default_factory=list)
     running: tuple[int, float] | None = None
     ended: NodeStatus | None = None
+    last: NodeStatus = NodeStatus.RUNNING
     told_disturbances: int = 0
+    view: View = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.view = View(self.world)
 
     def run(self) -> Result:
         """Tick until the end."""
         engine = IncrementalEngine(self.program, OneBody(self))
-        engine.trace = []
         try:
-            facts: Facts = frozenset()
             while self.ticks < self.max_ticks:
-                change, facts = change_between(facts, seen := self.look()), seen
-                engine.trace.clear()
+                change = self.view.look().take()
                 status = engine.tick(change, round(1000 * self.world.time_s))
                 if status is not NodeStatus.RUNNING:
-                    return self.at_end(status, engine.trace)
+                    return self.at_end(status, engine.last_leaf())
                 self.advance()
             engine.halt()
         except KeyboardInterrupt:
@@ -76,11 +77,6 @@ class _Drive:
             return self.end(Outcome.WORLD_LOST, str(lost))
         return self.end(Outcome.BUDGET, f"no end after {self.ticks} ticks")
 
-    def look(self) -> Facts:
-        """What the tree's conditions see now; as in `llmbt execute`, not what the running action is about to change."""
-        call = self.program.nodes[self.running[0]].action if self.running else None
-        return perceived(self.world.observe(), self.domain.action(call) if call else None)
-
     def advance(self) -> None:
         """One tick of the world; the end of an action is noted, to be told when it is polled."""
         self.note(self.world.advance())
@@ -88,7 +84,7 @@ class _Drive:
         log = self.world.disturbances()
         for d in log[self.told_disturbances :]:
             broke = ", ".join(str(c) for c in d.broke)
-            self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""))
+            self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""), d.fired_at_s)
         self.told_disturbances = len(log)
 
     # -- leaves ---------------------------------------------------------------------------------------------------
@@ -98,19 +94,22 @@ class _Drive:
         call = self.program.nodes[node].action
         assert call is not None
         self.ended = None
-        self.domain = self.domain.for_state(self.world.observe())
+        if self.domain.action(call) is None:  # it may be about a thing that has turned up
+            self.domain = self.domain.for_state(self.world.observe())
         self.running = node, self.world.time_s
+        self.view.runs(self.domain.action(call))
         self.say("started", str(call), action=str(call), node=self.program.nodes[node].id)
         if self.domain.action(call) is None:
             self.finish("FAILURE", "the scene has no such action")
-            return NodeStatus.FAILURE
+            self.last = NodeStatus.FAILURE
+            return self.last
         self.world.start(call)
         return NodeStatus.RUNNING
 
     def poll(self, _node: int) -> NodeStatus:
         """See `Leaves`."""
-        status, self.ended = self.ended or NodeStatus.RUNNING, None
-        return status
+        self.last, self.ended = self.ended or NodeStatus.RUNNING, None
+        return self.last
 
     def halt(self, _node: int) -> None:
         """See `Leaves`: waits until the robot has come out of its contact phase."""
@@ -129,6 +128,7 @@ class _Drive:
         """Note how the running action ended."""
         assert self.running is not None
         (node, since), self.running = self.running, None
+        self.view.runs(None)
         call = self.program.nodes[node].action
         assert call is not None
         self.executed.append(Executed(call, result, reason, since, self.world.time_s))
@@ -137,23 +137,25 @@ class _Drive:
 
     # -- the end --------------------------------------------------------------------------------------------------
 
-    def at_end(self, status: NodeStatus, ticked: list[tuple[int, NodeStatus]]) -> Result:
-        """The root has ended."""
+    def at_end(self, status: NodeStatus, leaf: int) -> Result:
+        """The root has ended; this leaf decided it."""
         self.world.settle(SETTLE_S)
         if status is NodeStatus.FAILURE:
-            last = next((n for n, s in reversed(ticked) if s is NodeStatus.FAILURE), None)
-            return self.end(Outcome.TREE_FAILED, "the tree returned FAILURE" + self.because(last))
+            return self.end(Outcome.TREE_FAILED, "the tree returned FAILURE" + self.because(leaf))
         truth = self.world.truth()
         if self.goals and not satisfied(self.goals, truth):
             missing = next(g for g in self.goals[0] if not holds(g, truth))
             return self.end(Outcome.TREE_FAILED, f"the tree returned SUCCESS, and {missing} does not hold")
         return self.end(Outcome.SUCCESS, "")
 
-    def because(self, node: int | None) -> str:
-        if node is None:
-            return ""
-        leaf = self.program.nodes[node]
-        what = f"{leaf.condition} did not hold" if leaf.condition else f"{leaf.action} failed"
+    def because(self, number: int) -> str:
+        leaf = self.program.nodes[number]
+        if leaf.condition is not None:
+            what = f"{leaf.condition} {'held' if holds(leaf.condition, self.view.shown) else 'did not hold'}"
+        elif leaf.action is not None:
+            what = f"{leaf.action} {'failed' if self.last is NodeStatus.FAILURE else 'succeeded'}"
+        else:
+            what = f"{leaf.op} ran out" if leaf.children else f"{leaf.op} was reached"
         return f": {what}" + (f" (line {leaf.line})" if leaf.line else "")
 
     def end(self, outcome: Outcome, reason: str) -> Result:
@@ -163,5 +165,5 @@ class _Drive:
         actions = tuple(self.executed)
         return Result(outcome, reason, goals, actions, 0, self.ticks, 0, 0, self.world.time_s)
 
-    def say(self, kind: str, text: str, **details: object) -> None:
-        self.tell(Happening(kind, self.world.time_s, text, details))
+    def say(self, kind: str, text: str, at_s: float | None = None, **details: object) -> None:
+        self.tell(Happening(kind, self.world.time_s if at_s is None else at_s, text, details))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from llmbt_runtime.engine.facts import NO_CHANGE, Change
 from llmbt_runtime.engine.program import Program
+from llmbt_runtime.facts import NO_CHANGE, Change
 from llmbt_runtime.tick import NodeStatus
 
 __all__ = ["Engine", "Leaves", "OneBody", "tick_once"]

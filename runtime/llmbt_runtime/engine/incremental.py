@@ -8,9 +8,9 @@ a child before the path has come to stop its reactive parent does it begin there
 from __future__ import annotations
 
 from llmbt_runtime.engine.engine import Leaves
-from llmbt_runtime.engine.facts import Change
 from llmbt_runtime.engine.program import REACTIVE, Op, Program
 from llmbt_runtime.engine.values import NEEDS, NO_COMPOSITE, STATUS, Values, replay
+from llmbt_runtime.facts import Change
 from llmbt_runtime.tick import NodeStatus
 
 __all__ = ["IncrementalEngine"]
@@ -18,6 +18,7 @@ __all__ = ["IncrementalEngine"]
 SUCCESS, FAILURE, RUNNING = NodeStatus.SUCCESS, NodeStatus.FAILURE, NodeStatus.RUNNING
 NEVER = float("inf")
 OFF_PATH = -1
+RAN_OUT = -2
 
 
 class _Frame:
@@ -49,6 +50,8 @@ class IncrementalEngine:
         """Among them all reactive nodes on the path, or aside, with a child before the running one that stops them."""
         self._aside: tuple[_Frame, int, list[_Frame]] | None = None
         """While another branch is ticked: the frame that has left its running child, which one, and the path there."""
+        self._ended: dict[int, int] = {}
+        """The nodes of the path that came to an end in this tick, with the rank of the child that was ticked last."""
         self._due = NEVER
         """No timer runs out before."""
         self._ticks = 0
@@ -64,6 +67,7 @@ class IncrementalEngine:
         """See `Engine.tick`."""
         if change:
             self.values.learn(change)
+        self._ended.clear()
         self._now = now_ms
         self._ticks += 1
         if now_ms >= self._due:
@@ -74,6 +78,19 @@ class IncrementalEngine:
         if self._aside is not None:
             self._drop()
         return status
+
+    def last_leaf(self) -> int:
+        """The leaf that decided the last tick, or the Timeout that had run out. Precondition: that tick did not return
+        RUNNING."""
+        nodes, n = self.program.nodes, 0
+        while nodes[n].children:
+            rank = self._ended.get(n)
+            if rank is None:
+                rank = self.values.first_stop(n) if self.values.go_on[n] != NO_COMPOSITE else 0
+            elif rank == RAN_OUT:
+                break
+            n = nodes[n].children[rank]
+        return n
 
     def take_wake(self) -> bool:
         """See `Engine.take_wake`."""
@@ -103,6 +120,7 @@ class IncrementalEngine:
                 self._pop()
             return status
         if node.op is Op.TIMEOUT:  # its child has been halted
+            frame.at = RAN_OUT
             self._pop()
             return FAILURE
         if node.op is Op.DELAY and not frame.expired:
@@ -173,6 +191,7 @@ class IncrementalEngine:
                     self._alerts.add(n)
                 return self._anew(node.children[rank])
             self._told_children(n, frame.at + 1, len(node.children) if rank < 0 else rank + 1)
+            frame.at = rank
             if rank >= 0:
                 status = STATUS[values.value[node.children[rank]]]
         if left is not None:
@@ -257,7 +276,9 @@ class IncrementalEngine:
     # -- the path -----------------------------------------------------------------------------------------------------
 
     def _pop(self) -> None:
-        self._where[self._path.pop().node] = OFF_PATH
+        frame = self._path.pop()
+        self._where[frame.node] = OFF_PATH
+        self._ended[frame.node] = frame.at if self.values.go_on[frame.node] != NO_COMPOSITE or frame.at < -1 else 0
 
     def _cut(self, at: int) -> None:
         """Halt the path from a frame on."""

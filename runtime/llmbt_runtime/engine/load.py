@@ -7,9 +7,9 @@ No node that this engine runs writes to the blackboard, so what an entry holds i
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
+from llmbt_ir.btcpp.blackboard import Scope, unwritten
 from llmbt_ir.btcpp.check import check_document
 from llmbt_ir.btcpp.document import Document
 from llmbt_ir.btcpp.findings import File
@@ -26,32 +26,6 @@ MAX_NESTED = 1_000
 """Limits with the SubTrees written out: n levels of two SubTrees each stand for 2**n nodes."""
 AMOUNTS = {Op.RETRY: "num_attempts", Op.REPEAT: "num_cycles", Op.TIMEOUT: "msec", Op.DELAY: "delay_msec"}
 BUILT_IN = {op.value: op for op in Op if op not in (Op.CONDITION, Op.ACTION)}
-TRUE = ("1", "true", "True", "TRUE")
-
-
-@dataclass(frozen=True)
-class _Scope:
-    """A tree's blackboard: constants that its <SubTree> gives, entries of the one above under other names."""
-
-    above: _Scope | None = None
-    constants: Mapping[str, str] = field(default_factory=dict)
-    names: Mapping[str, str] = field(default_factory=dict)
-    autoremap: bool = False
-
-    def entry(self, key: str) -> str | None:
-        """What an entry holds; None where nothing writes it."""
-        scope: _Scope | None = self
-        while scope is not None:
-            if key[:1] == "@":  # the outermost blackboard, into which nothing writes
-                return None
-            if key in scope.constants:
-                return scope.constants[key]
-            if key in scope.names:
-                key = scope.names[key]
-            elif not scope.autoremap or key[:1] == "_":
-                return None
-            scope = scope.above
-        return None
 
 
 @dataclass(frozen=True)
@@ -61,7 +35,7 @@ class _Place:
     index: int
     parent: int
     id: str
-    scope: _Scope
+    scope: Scope
     within: tuple[str, ...]
 
 
@@ -104,7 +78,7 @@ class _Loader:
             hint = f"the file has {', '.join(sorted(d.by_id)) or 'none'}"
             self.fault("E051", "main_tree_to_execute names no tree", d.root, hint)
             raise LlmbtError(*self.faults)
-        stack = [self.inside(d.main, -1, d.main, _Scope(), ())]
+        stack = [self.inside(d.main, -1, d.main, Scope(), ())]
         while stack:
             here = stack.pop()
             if len(self.nodes) >= MAX_NODES or len(here.within) > MAX_NESTED:
@@ -135,7 +109,7 @@ class _Loader:
 
     # -- where things are ---------------------------------------------------------------------------------------------
 
-    def inside(self, tree: str, parent: int, id_: str, scope: _Scope, within: tuple[str, ...]) -> _Place:
+    def inside(self, tree: str, parent: int, id_: str, scope: Scope, within: tuple[str, ...]) -> _Place:
         """The node at the top of a <BehaviorTree>."""
         top = self.document.kids(self.document.by_id[tree])[0]
         return _Place(top, parent, id_, scope, (*within, tree))
@@ -148,17 +122,11 @@ class _Loader:
     def called(self, here: _Place) -> _Place:
         """What a <SubTree> stands for, with the blackboard that it makes."""
         element = self.document[here.index]
-        given = {k: f"{{{k}}}" if v == "{=}" else v for k, v in element.attributes if is_port_name(k)}
-        autoremap = element.get("_autoremap") in TRUE
-        model = self.file.declared.get(element.get("ID"))
-        if model is not None and not autoremap:
-            for port, wanted in model.ports.items():
-                if wanted.default is not None:
-                    given.setdefault(port, wanted.default)
-        constants = {k: v for k, v in given.items() if _pointer(v) is None}
-        names = {k: p for k, v in given.items() if (p := _pointer(v)) is not None}
         tree = element.get("ID")
-        scope = _Scope(here.scope, constants, names, autoremap)
+        model = self.file.declared.get(tree)
+        ports = model.ports.items() if model is not None else ()
+        defaults = {port: wanted.default for port, wanted in ports if wanted.default is not None}
+        scope = here.scope.below(element.attributes, defaults)
         return self.inside(tree, here.parent, f"{here.id}/{tree}", scope, here.within)
 
     # -- nodes --------------------------------------------------------------------------------------------------------
@@ -233,19 +201,9 @@ class _Loader:
 
     def value(self, here: _Place, port: str, text: str) -> str:
         """A port's value: as it stands, or the entry that it points to."""
-        key = port if text in ("{=}", "=") else _pointer(text)
-        if key is None:
-            return text
-        found = here.scope.entry(key)
+        found = here.scope.value(port, text)
         if found is None:
-            title = f"nothing writes the blackboard entry `{key}` that `{port}` points to"
-            hint = f'give it where the SubTree is named: <SubTree ... {key}="...">'
-            self.fault("E086", title, here.index, hint if len(here.within) > 1 else "write the value itself", port)
+            title, hint = unwritten(port, text, in_subtree=len(here.within) > 1)
+            self.fault("E086", title, here.index, hint, port)
             return ""
         return found
-
-
-def _pointer(text: str) -> str | None:
-    """The entry that a port's value points to: `{key}`, blanks around it allowed."""
-    bare = text.strip(" ")
-    return bare[1:-1] if len(bare) >= 3 and bare[0] == "{" and bare[-1] == "}" else None

@@ -11,8 +11,8 @@ from typing import Any
 
 from llmbt_ir.condition import Condition
 from llmbt_runtime.engine.engine import Leaves
-from llmbt_runtime.engine.facts import Change
 from llmbt_runtime.engine.program import FALLBACKS, SEQUENCES, Op, Program
+from llmbt_runtime.facts import Change
 from llmbt_runtime.tick import NodeStatus
 
 __all__ = ["NaiveEngine"]

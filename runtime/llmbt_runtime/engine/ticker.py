@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from llmbt_ir.condition import Facts
 from llmbt_ir.tree import Tree
-from llmbt_runtime.engine.facts import change_between
 from llmbt_runtime.engine.program import program_of_tree
 from llmbt_runtime.engine.values import NEEDS, STATUS, Values
+from llmbt_runtime.facts import Change, FactBase
 from llmbt_runtime.tick import NodeStatus
 
 __all__ = ["Ticker", "Wanted"]
@@ -27,19 +26,20 @@ class Wanted:
 
 
 class Ticker:
-    """Ticks one tree after another in one state after another; says what `llmbt_runtime.tick.tick` says."""
+    """Ticks one tree after another over facts that are written to; says what `llmbt_runtime.tick.tick` says."""
 
     def __init__(self) -> None:
         self._tree: Tree | None = None
-        self._facts: Facts = frozenset()
+        self._facts: FactBase | None = None
 
-    def tick(self, tree: Tree, facts: Facts) -> Wanted:
-        """Tick a tree of ours once. Costs the difference to the facts before; a new tree costs its nodes."""
-        if tree is not self._tree:
-            self._tree, self._facts = tree, frozenset()
+    def tick(self, tree: Tree, facts: FactBase) -> Wanted:
+        """Tick a tree of ours once. Costs what changed since the tick before; a new tree costs its nodes."""
+        change = facts.take()
+        if tree is not self._tree or facts is not self._facts:
+            self._tree, self._facts = tree, facts
             self._values = Values(program_of_tree(tree))
-        self._values.learn(change_between(self._facts, facts))
-        self._facts = facts
+            change = Change(facts.facts)
+        self._values.learn(change)
         wanted = self._values.wanted()
         if wanted is None:
             value = self._values.value[0]

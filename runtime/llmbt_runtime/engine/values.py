@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from heapq import heappop, heappush
 
-from llmbt_runtime.engine.facts import Change
 from llmbt_runtime.engine.program import FALLBACKS, SEQUENCES, Op, Program
+from llmbt_runtime.facts import Change
 from llmbt_runtime.tick import NodeStatus
 
 __all__ = ["FAILS", "NEEDS", "STATUS", "SUCCEEDS", "Values", "replay"]

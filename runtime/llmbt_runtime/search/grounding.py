@@ -7,14 +7,19 @@ but what variables and containment imply is looked up by number, so that thousan
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import product
+from itertools import islice, product
+from math import prod
 
 from llmbt_atl.state import Domain
 from llmbt_atl.template import ANY, Pattern, Template
 from llmbt_ir.condition import Condition, Facts
+from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 from llmbt_runtime.search.task import Op, Task
 
-__all__ = ["task_of"]
+__all__ = ["MAX_BINDINGS", "task_of"]
+
+MAX_BINDINGS = 1_000_000
+"""Of all templates together. So many actions take half a minute and a gigabyte to write out."""
 
 _KEY = "_llmbt_search_task"
 _Fact = tuple[int, ...]
@@ -24,7 +29,8 @@ _Fact = tuple[int, ...]
 def task_of(domain: Domain, facts: Facts = frozenset()) -> Task:
     """The compiled task of a domain, made once for each domain object.
 
-    Where `facts` has things or lasting facts that the domain does not know, the domain for them is used.
+    Where `facts` has things or lasting facts that the domain does not know, the domain for them is used. E096 where
+    there are more than `MAX_BINDINGS` ways to bind the templates' parameters.
     """
     if any(f.name in domain._never_added and f not in domain.fixed for f in facts) or any(
         a not in domain.types for f in facts for a in f.args
@@ -69,6 +75,7 @@ class _Compiler:
         self.keys: list[tuple[_Fact, ...]] = []
         self.family: dict[int, tuple[int, ...]] = {}
         self.rest: dict[tuple[int, _Fact], tuple[int, ...]] = {}
+        self.left = MAX_BINDINGS
         self.values: dict[int, list[tuple[int, tuple[int, ...]]]] = {}
         for v, variable in enumerate(library.variables):
             for value in variable.values:
@@ -259,6 +266,14 @@ class _Compiler:
                 if not before and 2 * fact not in literals:
                     deletes.update(self.others(fact, key))
 
+    def spend(self, template: Template, bindings: int) -> None:
+        """E096 where there are more bindings than are left."""
+        self.left = self.left - bindings if bindings <= self.left else -1
+        if self.left < 0:
+            title = f"there are more than {MAX_BINDINGS:,} ground actions, counted up to `{template.name}`"
+            hint = "fewer things, narrower types, or actions of fewer parameters"
+            raise LlmbtError(Diagnostic("E096", title, Span(self.domain.library.source, template.line), help=hint))
+
     def bindings(self, template: Template, unequal: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
         """All bindings, preconditions that nothing brings about joined first."""
         domain = self.domain
@@ -271,7 +286,12 @@ class _Compiler:
                 continue
             facts = [tuple(self.thing[a] for a in f.args) for f in domain._fixed_by_name.get(anchor.name, ())]
             slots = [at[a[1:-1]] if a.startswith("{") else ~self.thing[a] for a in anchor.args]
-            partial = list(_joined(partial, slots, facts, sets, unequal))
+            partial = list(islice(_joined(partial, slots, facts, sets, unequal), MAX_BINDINGS + 1))
+            if len(partial) > MAX_BINDINGS:
+                self.spend(template, len(partial))
+        if partial:
+            free = prod(len(pool) for i, pool in enumerate(pools) if i not in partial[0])
+            self.spend(template, len(partial) * free)
         for binding in partial:
             for values in product(*([binding[i]] if i in binding else pools[i] for i in range(len(pools)))):
                 if unequal and any(values[a] == values[b] for a, b in unequal):

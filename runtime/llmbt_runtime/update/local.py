@@ -15,7 +15,7 @@ from llmbt_runtime.update.edit import achievers_in, ancestor_conditions, expand,
 from llmbt_runtime.update.rollout import Stuck
 from llmbt_runtime.update.step import Step
 
-__all__ = ["Move", "Repair", "drop_excluded", "helpful_goal", "repair"]
+__all__ = ["ALTERNATIVES", "Move", "Repair", "drop_excluded", "helpful_goal", "repair"]
 
 MAX_CANDIDATES = 100
 """Of the achievers of a condition, the best so many are looked at."""
@@ -69,7 +69,7 @@ def repair(
                 failed,
                 str(condition),
                 str(action),
-                _told((*found, *islice(candidates, ALTERNATIVES))),
+                *_told((*found, *islice(candidates, ALTERNATIVES)), h),
                 reason=f"{condition} does not hold; {action} brings it about",
             )
             return Repair(expand(tree, failed, action), step, moved)
@@ -84,9 +84,9 @@ def repair(
                 j,
                 str(head),
                 str(found[0]),
-                _told(found[1:]),
+                *_told(found[1:], h),
                 before=i,
-                reason=f"{found[0]} would undo {f}, so {head} comes before it",
+                reason=f"{found[0]} would undo {f}, so {head} comes before {tree.head(i) or f}",
             )
             return Repair(tree.move_before(j, i), step, moved | {(j, i)})
     further = _further(tree, domain, h, ancestor_conditions(tree, failed)) if re_expand else None
@@ -118,7 +118,8 @@ def helpful_goal(tree: Tree, stuck: Stuck, h: HTable, top: str, moved: frozenset
     goal, other = waiting[best], waiting[failed]
     if h[goal] >= h[other] or (best, failed) in moved:
         return None
-    reason = f"{goal} is nearer from here ({h[goal]:.0f} to {h[other]:.0f}), and on the way to {other}"
+    near = f"an estimate of {h[goal]:.0f} to {h[other]:.0f}"
+    reason = f"{goal} is nearer from here ({near}) and on the way to {other}, so {goal} comes before {other}"
     step = Step("move", best, str(goal), before=failed, reason=reason)
     return Repair(tree.move_before(best, failed), step, moved | {(best, failed)})
 
@@ -154,8 +155,10 @@ def _unexpanded(tree: Tree, id_: str) -> bool:
     return parent is None or tree[parent].kind is Kind.SEQUENCE
 
 
-def _told(actions: Iterable[GroundAction]) -> tuple[str, ...]:
-    return tuple(str(a) for a in islice(actions, ALTERNATIVES))
+def _told(actions: Iterable[GroundAction], h: HTable) -> tuple[tuple[str, ...], int]:
+    """Alternatives as they are recorded, those that could start at once first, and how many those are."""
+    told = sorted(islice(actions, ALTERNATIVES), key=lambda a: h.total(a.pre) > 0)
+    return tuple(map(str, told)), sum(h.total(a.pre) == 0 for a in told)
 
 
 def _candidates(tree: Tree, condition_id: str, h: HTable) -> Iterator[GroundAction]:
@@ -191,16 +194,16 @@ def _cheaper_ancestor(tree: Tree, failed: str, domain: Domain, h: HTable) -> tup
             ),
             None,
         )
-        if current is None:
+        condition = tree[head].condition
+        if current is None or condition is None:
+            continue
+        cost = h.total(current.pre)
+        if h[condition] > cost:  # it is 1 and the cost of the cheapest Pre: none is cheaper
             continue
         candidates = _candidates(tree, head, h)
         best = next(candidates, None)
-        if (
-            best is not None
-            and h.total(best.pre) < h.total(current.pre)
-            and not _threatened(best, protected(tree, head), domain)
-        ):
-            return expand(tree, head, best), _re_expansion(tree, head, best, candidates)
+        if best is not None and h.total(best.pre) < cost and not _threatened(best, protected(tree, head), domain):
+            return expand(tree, head, best), _re_expansion(tree, head, best, candidates, h)
     return None
 
 
@@ -210,16 +213,16 @@ def _further(tree: Tree, domain: Domain, h: HTable, heads: tuple[str, ...]) -> R
         safe = (a for a in _candidates(tree, head, h) if not _threatened(a, guarded, domain))
         best = next(safe, None)
         if best is not None:
-            return Repair(expand(tree, head, best), _re_expansion(tree, head, best, safe), frozenset())
+            return Repair(expand(tree, head, best), _re_expansion(tree, head, best, safe, h), frozenset())
     return None
 
 
-def _re_expansion(tree: Tree, head: str, best: GroundAction, others: Iterable[GroundAction]) -> Step:
+def _re_expansion(tree: Tree, head: str, best: GroundAction, others: Iterable[GroundAction], h: HTable) -> Step:
     return Step(
         "re-expand",
         head,
         str(tree[head].condition),
         str(best),
-        _told(others),
+        *_told(others, h),
         reason=f"what the tree has for {tree[head].condition} does not serve from here; {best} does",
     )

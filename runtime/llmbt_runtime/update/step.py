@@ -9,13 +9,15 @@ __all__ = ["Step"]
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One edit and why: what a version's record lists."""
+    """One edit and why: what a version's record lists. Of the alternatives the first `at_once` could have started in
+    the state in which the tree failed; the others need other actions before them."""
 
     kind: str
     node: str
     condition: str
     action: str = ""
     alternatives: tuple[str, ...] = ()
+    at_once: int = 0
     before: str = ""
     reason: str = ""
 

@@ -76,12 +76,17 @@ def relations(tokens: Sequence[Token]) -> tuple[Relation, ...]:
 def _scan(tokens: Sequence[Token]) -> Iterator[Relation]:
     at = 0
     while at < len(tokens):
-        found = _match(tokens, at)
+        found = None if at and _of_verb(tokens[at - 1].text, tokens[at].text) else _match(tokens, at)
         if found is None:
             at += 1
             continue
         yield found
         at = found.end
+
+
+def _of_verb(before: str, word: str) -> bool:
+    """ "Hand over": a word that belongs to the verb before it says nothing of where a thing is."""
+    return f"{before}_{word}" in lexicon().synonyms
 
 
 def _match(tokens: Sequence[Token], at: int) -> Relation | None:

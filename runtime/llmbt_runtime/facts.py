@@ -1,4 +1,4 @@
-"""What changed: facts as an engine is told of them."""
+"""What changed: facts as worlds hand them over, and as engines are told of them."""
 
 from __future__ import annotations
 
@@ -36,23 +36,44 @@ class FactBase:
         self._facts: set[Condition] = set(facts)
         self._added: set[Condition] = set(self._facts)
         self._removed: set[Condition] = set()
+        self._whole: Facts | None = None
+
+    def __contains__(self, fact: object) -> bool:
+        return fact in self._facts
 
     def add(self, fact: Condition) -> None:
         """A fact holds from now on."""
         if fact not in self._facts:
             self._facts.add(fact)
-            self._added.add(fact)
-            self._removed.discard(fact)
+            self._noted(fact, self._removed, self._added)
 
     def remove(self, fact: Condition) -> None:
         """A fact holds no longer."""
         if fact in self._facts:
             self._facts.remove(fact)
-            self._removed.add(fact)
-            self._added.discard(fact)
+            self._noted(fact, self._added, self._removed)
+
+    def _noted(self, fact: Condition, undone: set[Condition], done: set[Condition]) -> None:
+        self._whole = None
+        if fact in undone:
+            undone.remove(fact)
+        else:
+            done.add(fact)
+
+    def write(self, removed: Iterable[Condition], added: Iterable[Condition]) -> None:
+        """Facts end, and then facts begin: what is in both holds."""
+        for fact in removed:
+            self.remove(fact)
+        for fact in added:
+            self.add(fact)
+
+    def become(self, facts: Facts) -> None:
+        """From now on these hold and no others, at the cost of the states."""
+        change = change_between(self.facts, facts)
+        self.write(change.removed, change.added)
 
     def take(self) -> Change:
-        """What changed since the last call; at first all that holds."""
+        """The difference between what holds and what held at the last call; at first all that holds."""
         if not self._added and not self._removed:
             return NO_CHANGE
         change = Change(frozenset(self._added), frozenset(self._removed))
@@ -62,5 +83,7 @@ class FactBase:
 
     @property
     def facts(self) -> Facts:
-        """All that holds now, at the cost of a copy."""
-        return frozenset(self._facts)
+        """All that holds now: the same object until something changes, then a copy."""
+        if self._whole is None:
+            self._whole = frozenset(self._facts)
+        return self._whole

@@ -1,0 +1,187 @@
+"""Sentences whose form says what goes where without a verb that tells anybody to put it there: "object 1 goes to
+position 11", "level 1: object 2", "could I have the apple?", "its place is position 14", "fill slot 2 with crate A".
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from llmbt_compiler.keywords.labels import KeywordSpan, Kind
+from llmbt_compiler.parsing.model import LabelledStep
+from llmbt_compiler.parsing.names import exactly_named
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
+
+__all__ = ["asked_for", "filled", "let_go", "listed", "place_of_its_own", "told_as_placing", "wanted_by"]
+
+_SHORT = 300
+_SURE = r"(?:(?:please\s+)?(?:make\s+sure|ensure|see\s+to\s+it)(?:\s+that)?\s+)?"
+_MODAL = r"(?:(?:should|must|will|has to|have to|needs? to|is to|are to)\s+)?"
+_GOES = re.compile(
+    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|ends?\s+up)\s+"
+    r"(?:back\s+)?(?:on|onto|to|into|in|at)\s+(?P<place>[^,;:.]{2,80})[\s.!]*$",
+    re.IGNORECASE,
+)
+_IS_GIVEN = re.compile(
+    r"^\W*(?P<place>[^,;:.]{2,80}?)\s+(?:(?:(?:should|must|will)\s+)?(?:gets?|receives?|takes?)"
+    r"|(?:should|must|will|is to)\s+(?:hold|contain|house|have))\s+(?P<thing>[^,;:.]{2,80})[\s.!]*$",
+    re.IGNORECASE,
+)
+_COLON = re.compile(
+    r"^\W*(?P<thing>[^,;:.]{2,60}?)\s*(?::|->|=>|→)(?!\s*from\b)\s*(?P<place>[^,;:.()→>]{2,60}?)\s*(?:\([^()]*\))?[\s.!]*$",
+    re.IGNORECASE,
+)
+_HEADED = re.compile(r"^\W*(?P<place>[^,;:.]{2,40}?)\s*:\s*(?P<things>[^:;]{2,200}?)[\s.!]*$")
+_PART = re.compile(r"(?:^|,|&|\band\b)\s*(?P<name>(?:(?!,|&|\band\b).)+?)\s*(?=,|&|\band\b|$)")
+_LEAD = re.compile(
+    r"^\W*(?:(?:as|since|because)\s[^,;:.]{2,80}|[^,;:.]{2,40}\sbeing\s[^,;:.]{2,40}),\s*(?=\S)", re.IGNORECASE
+)
+_ROBOT = re.compile(r"(?:the )?(?:robot|arm|gripper|hand|manipulator|you|we)\b", re.IGNORECASE)
+
+
+def listed(step: LabelledStep, scene: Scene) -> LabelledStep | None:
+    """ "Level 1: object 1, object 2": a place and, behind the colon, nothing but names of things."""
+    m = _HEADED.match(step.text)
+    if m is None or len(exactly_named(tokens(step.text, *m.span("place")), scene.places)) != 1:
+        return None
+    spans = [KeywordSpan(*m.span("place"), Kind.DESTINATION, m["place"])]
+    for part in _PART.finditer(m["things"]):
+        a, b = (m.start("things") + i for i in part.span("name"))
+        if len(exactly_named(tokens(step.text, a, b), scene.objects)) != 1:
+            return None
+        spans.append(KeywordSpan(a, b, Kind.TARGET, part["name"]))
+    return replace(step, spans=tuple(spans), readings=()) if len(spans) > 1 else None
+
+
+def told_as_placing(step: LabelledStep) -> LabelledStep:
+    """A step that says where a thing goes without telling anybody to put it there ("object 1 goes to position 11",
+    "position 21 gets object 3", "object 3: position 22"): its thing as target and its place as destination."""
+    text = step.text
+    if len(text) > _SHORT:
+        return step
+    taken = {s.label for s in step.spans}
+    lead = _LEAD.match(text)
+    for pattern in (_GOES, _IS_GIVEN, _COLON):
+        m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
+        if m is None or _ROBOT.match(m["thing"]):
+            continue
+        if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
+            continue
+        if pattern is _COLON and (Kind.ACTION in taken or not re.search(r"\d", m["place"])):
+            continue
+        ends = [(m.start(k), m.end(k), label) for k, label in (("thing", Kind.TARGET), ("place", Kind.DESTINATION))]
+        spans = tuple(KeywordSpan(a, b, label, text[a:b]) for a, b, label in sorted(ends, key=lambda e: e[:2]))
+        return replace(step, spans=spans, readings=())
+    return step
+
+
+_WISH = re.compile(
+    r"\b(?:(?:can|could|may|might)\s+(?P<who>I|we)\s+(?:please\s+|just\s+)?(?:get|have)"
+    r"|(?P<who2>I|we)(?:(?:['’]d|\s+would)\s+(?:really\s+)?(?:like|love|fancy|appreciate)|\s+(?:want|need|fancy))"
+    r"(?:\s+to\s+(?:have|get))?|(?P<who3>gimme))\s+(?:\w+\s+){0,2}?$",
+    re.IGNORECASE,
+)
+_COURTESY = re.compile(r"(?:\W|please|thanks|thank you|now|then|over here)*$", re.IGNORECASE)
+
+
+def asked_for(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Could I have the apple?", "I'd like some chips": things and nothing else asked for, where the map has somebody
+    to bring them to."""
+    things = [s for s in step.spans if s.label is Kind.TARGET]
+    others = [s for s in step.spans if s.label in {Kind.DESTINATION, Kind.LOCATION}]
+    if not things or others or not scene.persons or len(step.text) > _SHORT:
+        return step
+    m = _WISH.search(step.text, 0, things[0].start)
+    if m is None or not _COURTESY.match(step.text, things[-1].end):
+        return step
+    if any(s.label is Kind.ACTION and not m.start() <= s.start < m.end() for s in step.spans):
+        return step
+    a, b = next(m.span(k) for k in ("who", "who2", "who3") if m[k])
+    return replace(step, spans=(KeywordSpan(a, b, Kind.DESTINATION, step.text[a:b]), *things), readings=())
+
+
+_WANTS = re.compile(
+    r"^\W*(?:(?:since|as|because|if)\s+)?(?:the\s+)?(?P<who>\w+)\s+(?:wants|needs|would\s+like|is\s+waiting\s+for|asked\s+for)\b",
+    re.IGNORECASE,
+)
+_BRINGING = frozenset({"bring", "deliver", "carry", "serve", "hand", "give", "take"})
+
+
+def wanted_by(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "The user wants the coke, so bring it over": to the user, where no other place is named."""
+    m = _WANTS.match(step.text) if len(step.text) <= _SHORT else None
+    acts = [s for s in step.spans if s.label is Kind.ACTION]
+    if m is None or len(acts) != 1 or not any(w in _BRINGING for w in lemmas(acts[0].text.casefold())):
+        return step
+    named = exactly_named(tokens(step.text, *m.span("who")), scene.persons)
+    placed = any(s.label in {Kind.DESTINATION, Kind.LOCATION} for s in step.spans)
+    if len(named) != 1 or placed or acts[0].start < m.end():
+        return step
+    who = KeywordSpan(*m.span("who"), Kind.DESTINATION, m["who"])
+    return replace(step, spans=(who, *step.spans), readings=())
+
+
+_OWN = re.compile(
+    r"(?:\b(?P<its>its|their)|['’]s)\s+(?!current|present|original|initial|old)(?:(?:final|new|target|own)\s+)?"
+    r"(?:place|spot|position|destination|slot|location|home)\s+(?:is|will be|should be|shall be)\s+"
+    r"(?:(?:on|at|in)\s+)?(?:the\s+)?",
+    re.IGNORECASE,
+)
+
+
+def place_of_its_own(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Pick up object 1; its place is position 14", "object 4's spot is position 14": where it is to go."""
+    m = _OWN.search(step.text) if len(step.text) <= _SHORT else None
+    told = [s for s in step.spans if s.label is Kind.DESTINATION and s.text.casefold() not in {"there", "here"}]
+    if m is None or any(s.start < m.end() for s in told):
+        return step
+    parts = tokens(step.text, m.end())
+    sizes = (n for n in range(min(len(parts), 6), 0, -1) if len(exactly_named(parts[:n], scene.places)) == 1)
+    size = next(sizes, 0)
+    if not size:
+        return step
+    a, b = parts[0].start, parts[size - 1].end
+    spans = [s for s in step.spans if s.end <= a or b <= s.start]
+    spans.append(KeywordSpan(a, b, Kind.DESTINATION, step.text[a:b]))
+    if m["its"] and not any(s.label is Kind.TARGET and s.end <= m.start() for s in spans):
+        spans.append(KeywordSpan(*m.span("its"), Kind.TARGET, m["its"]))
+    return replace(step, spans=tuple(sorted(spans, key=lambda s: s.start)), readings=())
+
+
+_FILLING = frozenset({"fill", "load", "stock", "occupy", "supply", "populate", "equip"})
+
+
+def filled(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Fill slot 2 with crate A": the place is no target, and what follows "with" is."""
+    for verb, place in zip(step.spans, step.spans[1:], strict=False):
+        fills = verb.label is Kind.ACTION and any(w in _FILLING for w in lemmas(verb.text.casefold()))
+        named = tokens(step.text, place.start, place.end) if fills and place.label is not Kind.ACTION else ()
+        if not named or len(exactly_named(named, scene.places)) != 1:
+            continue
+        m = re.match(r"\s+with\s+(?:the\s+)?(?P<thing>[^,;:.!]{1,60})", step.text[place.end :], re.IGNORECASE)
+        if m is None:
+            continue
+        a, b = place.end + m.start("thing"), place.end + m.end("thing")
+        if any(s.label is Kind.ACTION and a <= s.start < b for s in step.spans):
+            continue
+        kept = [s for s in step.spans if s not in {verb, place} and not (s.start < b and a < s.end)]
+        kept += [replace(place, label=Kind.DESTINATION), KeywordSpan(a, b, Kind.TARGET, step.text[a:b])]
+        return replace(step, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
+    return step
+
+
+_LET_GO = re.compile(r"\b(?P<let>let)(?:\s+(?:it|them|the\s+\w+))?\s+go\b", re.IGNORECASE)
+
+
+def let_go(step: LabelledStep) -> LabelledStep:
+    """ "... and let go" is an action, whether or not it was labelled."""
+    m = _LET_GO.search(step.text) if len(step.text) <= _SHORT else None
+    if m is None or any(s.start <= m.start("let") < s.end for s in step.spans):
+        return step
+    free = {"not", "never", "dont", "without"}.isdisjoint(t.text for t in tokens(step.text, 0, m.start())[-3:])
+    conditional = any(lexicon().is_(t.text, "conditional", "subordinate") for t in tokens(step.text, 0, m.start())[-4:])
+    if not free or conditional:
+        return step
+    spans = sorted((*step.spans, KeywordSpan(*m.span("let"), Kind.ACTION, m["let"])), key=lambda s: s.start)
+    return replace(step, spans=tuple(spans), readings=())
