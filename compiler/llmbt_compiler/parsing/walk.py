@@ -148,7 +148,11 @@ class _Walker(Ordering):
             self.used.append(extent)
         found = clauses(step)
         self.use(*(t for c in found for p in c.phrases for t in p.parts))
-        if not found and self.names_both(step):
+        told = {t.text for t in tokens(step.text)} if not found else set()
+        forbidden = any(lexicon().is_(w, "negation") for w in told - {"instead"}) and told.isdisjoint(
+            {"but", "instead", "rather"}
+        )
+        if not found and not forbidden and self.names_both(step):
             self.complain("E305", "no action is named", whole, "do what?", "begin the step with a verb")
             return
         if not found:
