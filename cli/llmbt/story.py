@@ -17,6 +17,7 @@ __all__ = ["link_lines", "log_document", "log_lines", "request_lines", "stage_li
 Paint = Callable[[str, str], str]
 BOLD, GREEN, RED, YELLOW, FAINT = "1", "32", "31", "33", "2"
 FACT = re.compile(r"\w+\([^()]*\)")
+RUN = ("problem", "scene", "world", "disturb", "seed", "planner")
 RESULT = {"SUCCESS": GREEN, "FAILURE": RED, "HALTED": YELLOW}
 
 
@@ -38,9 +39,9 @@ def request_lines(run: Run) -> Iterator[str]:
     if run.reply.get("provenance"):
         yield f"reply    {said.get(str(run.reply['provenance']), run.reply['provenance'])}"
     if run.result:
-        known = (f"{k} {run.result[k]}" for k in ("scene", "world", "disturb", "seed") if run.result.get(k) is not None)
+        known = (f"{k} {run.result[k]}" for k in RUN if run.result.get(k) is not None)
         yield f"run      {', '.join(known)}"
-        yield "times    simulated; an action is told in the line of its end, with its start"
+        yield "times    simulated; an action stands in the line of its end, with its start; in gaps things come to rest"
     for goal in run.stated if run.grew else ():
         words = (
             f'   {goal.words.replace(": ", chr(58) + " " + chr(34), 1)}"' if ": " in goal.words else f"   {goal.words}"
@@ -361,7 +362,7 @@ def _is(goal: Mapping[str, Any], label: str) -> bool:
 
 def _words(run: Run, link: Link) -> Iterator[str]:
     asked = _asked(run, link)
-    if not asked:
+    if not asked.keys() - {"goal"}:
         return
     yield "asked for by"
     if "reply_line" in asked:

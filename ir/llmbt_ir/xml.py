@@ -9,6 +9,8 @@ from __future__ import annotations
 import difflib
 import importlib.resources
 import re
+import sys
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -29,11 +31,12 @@ Element = etree._Element
 
 
 def read_bytes(path: Path, what: str) -> bytes:
-    """The bytes of a file; a missing, unreadable or oversized one is a diagnostic (E001, E002)."""
+    """The bytes of a file, or of standard input for `-`; a missing, unreadable or oversized one is a diagnostic (E001,
+    E002)."""
     try:
         if path.is_dir():
             raise IsADirectoryError(f"{path} is a folder")
-        with path.open("rb") as file:
+        with nullcontext(sys.stdin.buffer) if str(path) == "-" else path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)  # a device has no size and no end
     except OSError as fault:
         close = difflib.get_close_matches(path.name, _siblings(path), n=3)

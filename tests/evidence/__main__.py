@@ -118,16 +118,19 @@ def main() -> None:
     """Run parts and write their sections."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--only", nargs="+", choices=[*PARTS, "recognition"], help="parts; all of them if left out")
-    options.add_argument("--runs", type=int, help="so many seeds a part, and nothing is written")
-    options.add_argument("--first", type=int, help="the first seed, and nothing is written")
+    options.add_argument("--runs", type=int, help="so many seeds a part; nothing is written but with --write")
+    options.add_argument("--first", type=int, help="the first seed; nothing is written but with --write")
+    options.add_argument("--write", action="store_true")
     chosen = options.parse_args()
+    usual = chosen.runs is None and chosen.first is None
     for name, part in PARTS.items():
         if chosen.only and name not in chosen.only:
             continue
         lines = part(chosen.runs, chosen.first)
         print("\n".join(lines), flush=True)
-        if chosen.runs is None and chosen.first is None:
-            told = told_by(f"python -m tests.evidence --only {name}")
+        if usual or chosen.write:
+            more = "".join(f" --{o} {v}" for o in ("runs", "first") if (v := getattr(chosen, o)) is not None)
+            told = told_by(f"python -m tests.evidence --only {name}{more}")
             write_section(PAGE, name, [*lines, "", f"*{told}*"])
     if not chosen.only or "recognition" in chosen.only:
         recognition.written()

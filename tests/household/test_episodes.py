@@ -56,6 +56,18 @@ def test_each_disturbance(name: str) -> None:
         assert any(log[0].target in g.args for g in result.unsolvable)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["shelf", "desk", "bar"])
+def test_what_takes_the_room_somewhere_fits_elsewhere(place: str) -> None:
+    """On the shelf only the parcel takes the room and leaves a way out; on the bar, which is half full, so does nothing
+    that would fit anywhere else: nothing comes then."""
+    goals = episodes.on(("cookies", place))
+    result, log = episodes.play("household", goals, (DisturbanceSpec("obstacle_at_place"),), seed=71)
+    assert result.outcome is Outcome.SUCCESS, result.reason
+    assert [(d.name, d.target) for d in log] == [("obstacle_at_place", place)] * (place != "bar")
+    assert ("move_aside" in [a.call.name for a in result.actions if a.result == "SUCCESS"]) == (place != "bar")
+
+
 def test_three_at_once_by_their_moments() -> None:
     specs = (
         DisturbanceSpec("base_blocked", when=When(time_s=0.5)),

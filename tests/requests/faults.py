@@ -32,6 +32,7 @@ __all__ = ["FAULTS", "MUST", "Reply", "Verdict", "counted", "inject", "replies",
 MUST = ("an object that is not there", "a place that is not there", "two objects on one position", "a truncated end")
 """These may never pass."""
 _STEP = re.compile(r"^\s*(?:\d+[.)]|[-*])\s+\S", re.MULTILINE)
+_FROM = re.compile(r"\b(?:from|off|of)\s+(?:the\s+)?$")
 Goals = frozenset[Condition]
 
 
@@ -202,7 +203,7 @@ def _on_one_position(reply: Reply, rng: random.Random) -> str | None:
     """The position of one step given to another one too, where both are about other objects."""
     slots = {p.id for p in reply.semantic_map.places if p.type == "slot"}
     taken = {c.args[1]: c.args[0] for c in reply.goals if c.name == "On" and c.args[1] in slots}
-    named = [n for n in _names(reply, objects=False) if n[2] in taken]
+    named = [n for n in _names(reply, objects=False) if n[2] in taken and not _FROM.search(reply.text[: n[0]])]
     pairs = [(a, b) for a in named for b in named if a[2] != b[2]]
     if not pairs:
         return None

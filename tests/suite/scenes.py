@@ -7,7 +7,7 @@ nothing that the scene does not need. Each of these trees is rolled out, too: it
 from __future__ import annotations
 
 from dataclasses import dataclass
-from textwrap import dedent, indent
+from pathlib import Path
 
 from llmbt_atl.library import load_library
 from llmbt_atl.state import Domain, domain_of
@@ -21,13 +21,14 @@ from tests.oracle import Cargo
 from tests.strategies import CANONICAL, SHELF, canonical_cargo, domain_for
 
 C = Condition
+HERE = Path(__file__).with_name("minimal")
 
 
 def tree_of(text: str) -> Tree:
-    """A tree as a person writes it: two spaces a level, `?` and `->`, `!` before an action."""
+    """A tree as a person writes it: two spaces a level, `?` and `->`, `!` before an action, `#` before a remark."""
     nodes: dict[str, Node] = {}
     stack: list[str] = []
-    for number, line in enumerate(dedent(text).strip().splitlines()):
+    for number, line in enumerate(line for line in text.splitlines() if not line.startswith("#")):
         level, label = (len(line) - len(line.lstrip())) // 2, line.strip()
         id_ = f"h{number}"
         del stack[level:]
@@ -47,128 +48,9 @@ def tree_of(text: str) -> Tree:
     return Tree("h0", nodes)
 
 
-def together(*parts: str) -> str:
-    """Parts under one Sequence."""
-    return "->\n" + "".join(indent(dedent(p).strip() + "\n", "  ") for p in parts)
-
-
-def sorted_from(thing: str, spot: str, goal: str) -> str:
-    """Pick a thing and place it."""
-    return f"""
-    ?
-      On({thing}, {goal})
-      ->
-        ?
-          Holding({thing})
-          ->
-            HandEmpty
-            On({thing}, {spot})
-            Clear({thing})
-            !pick({thing}, {spot})
-        Free({goal})
-        !place({thing}, {goal})
-    """
-
-
-GOALS = {str(c.args[0]): str(c.args[1]) for c in CANONICAL}
-REST = tuple(sorted_from(o, "sorting_area", p) for o, p in GOALS.items() if o != "object_1")
-REST_3 = tuple(sorted_from(o, "sorting_area", p) for o, p in GOALS.items() if o != "object_3")
-
-AT_THE_PLACE = """
-    ?
-      On(object_1, position_12)
-      ->
-        ?
-          Free(position_12)
-          ->
-            ?
-              HandEmpty
-              ->
-                Holding(object_1)
-                Free(sorting_area)
-                !put_down(object_1, sorting_area)
-            On(obstacle_1, position_12)
-            Clear(obstacle_1)
-            Free(sorting_area)
-            !move_aside(obstacle_1, position_12, sorting_area)
-        ?
-          Holding(object_1)
-          ->
-            HandEmpty
-            On(object_1, sorting_area)
-            Clear(object_1)
-            !pick(object_1, sorting_area)
-        !place(object_1, position_12)
-    """
-
-AT_THE_PICK = """
-    ?
-      On(object_3, position_22)
-      ->
-        ?
-          Holding(object_3)
-          ->
-            HandEmpty
-            On(object_3, sorting_area)
-            ?
-              Clear(object_3)
-              ->
-                HandEmpty
-                Blocks(obstacle_1, object_3)
-                On(obstacle_1, sorting_area)
-                Clear(obstacle_1)
-                Free(sorting_area)
-                !clear_away(obstacle_1, object_3, sorting_area, sorting_area)
-            !pick(object_3, sorting_area)
-        Free(position_22)
-        !place(object_3, position_22)
-    """
-
-DRIVE = """
-        ?
-          Near({place})
-          ->
-            Clear({place})
-            !navigate({place})
-    """
-ASIDE = """
-        ?
-          Clear(milk)
-          ->
-            HandEmpty
-            Blocks(obstacle_1, milk)
-            On(obstacle_1, bar)
-            Clear(obstacle_1)
-            Free(bar)
-            {near}
-            !clear_away(obstacle_1, milk, bar)
-    """
-WAY = """
-        ?
-          Near(bar)
-          ->
-            HandEmpty
-            Blocks(obstacle_3, bar)
-            Fallen(obstacle_3)
-            Clear(obstacle_3)
-            !clear_way(obstacle_3, bar)
-    """
-
-
-def brought(clear: str = "Clear(milk)", near: str = DRIVE.format(place="bar")) -> str:
-    """Milk from the bar to the user."""
-    lines = ["?", "  On(milk, user)", "  ->", "    ?", "      Holding(milk)", "      ->", "        HandEmpty"]
-    lines += ["        On(milk, bar)"]
-    for part in (clear, near, "!pick(milk, bar)"):
-        lines += indent(dedent(part).strip(), " " * 8).splitlines()
-    lines += ["    Free(user)", *indent(dedent(DRIVE.format(place="user")).strip(), " " * 4).splitlines()]
-    return "\n".join([*lines, "    !place(milk, user)"])
-
-
-def aside(near: str) -> str:
-    """What is before the milk goes out of the way first."""
-    wanted = indent(dedent(near).strip(), " " * 4).strip()
-    return dedent(ASIDE).strip().replace("{near}", wanted)
+def minimal(name: str) -> Tree:
+    """The tree that a person wrote in `minimal/<name>.txt`."""
+    return tree_of((HERE / f"{name}.txt").read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True)
@@ -199,7 +81,7 @@ def _cargo(name: str, cargo: Cargo, goals: Goals, by_hand: str, before: Cargo | 
         first = update(goal_tree(goals), domain_for(before), before.facts(), goals)
         assert isinstance(first, Grown)
         installed = first.tree
-    return Scene(name, domain_for(cargo), cargo.facts(), goals, tree_of(by_hand), installed)
+    return Scene(name, domain_for(cargo), cargo.facts(), goals, minimal(by_hand), installed)
 
 
 def _household(name: str, by_hand: str, *, before: tuple[str, str] | None = None, later: bool = False) -> Scene:
@@ -219,7 +101,7 @@ def _household(name: str, by_hand: str, *, before: tuple[str, str] | None = None
         first = update(goal_tree(goals), domain, start, goals)
         assert isinstance(first, Grown)
         installed = first.tree
-    return Scene(f"household: {name}", domain.for_state(facts), facts, goals, tree_of(together(by_hand)), installed)
+    return Scene(f"household: {name}", domain.for_state(facts), facts, goals, minimal(by_hand), installed)
 
 
 def scenes() -> tuple[Scene, ...]:
@@ -227,35 +109,39 @@ def scenes() -> tuple[Scene, ...]:
     start = canonical_cargo()
     one, three = ((CANONICAL[0],),), (tuple(c for c in CANONICAL if c.args[0] == "object_3"),)
     assert one[0][0].args[0] == "object_1"
-    here = sorted_from("object_1", "sorting_area", "position_12")
-    lies = "On(object_1, workbench)"
-    fell = sorted_from("object_1", "workbench", "position_12").replace(
-        f"            {lies}\n", f"            {lies}\n            not On(object_1, sorting_area)\n"
-    )
     dropped = canonical_cargo(object_1="workbench")
     at_place = Cargo(SHELF, (*(e for e in start.at if e[0] != "object_1"), ("obstacle_1", "position_12")), "object_1")
     at_pick = Cargo(SHELF, (*start.at, ("obstacle_1", "sorting_area")), None, frozenset({("obstacle_1", "object_3")}))
     every = (CANONICAL,)
     return (
-        _cargo("one goal", start, one, together(here)),
-        _cargo("one goal, obstacle at the place, object held", at_place, one, together(AT_THE_PLACE), start),
-        _cargo("one goal, obstacle at the pick", at_pick, three, together(AT_THE_PICK), start),
-        _cargo("one goal, object dropped", dropped, one, together(fell), start),
-        _cargo("canonical, six goals", start, every, together(here, *REST)),
-        _cargo("canonical, obstacle at the place, object held", at_place, every, together(AT_THE_PLACE, *REST), start),
-        _cargo("canonical, obstacle at the pick", at_pick, every, together(AT_THE_PICK, *REST_3), start),
-        _cargo("canonical, object dropped", dropped, every, together(fell, *REST), start),
-        _household("milk for the user", brought()),
-        _household(
-            "an obstacle before the milk",
-            brought(aside(DRIVE.format(place="bar")), "Near(bar)"),
-            before=("obstacle_1", "milk"),
+        _cargo("one goal", start, one, "cargo_one_goal"),
+        _cargo(
+            "one goal, obstacle at the place, object held", at_place, one, "cargo_one_goal_obstacle_at_the_place", start
         ),
+        _cargo("one goal, obstacle at the pick", at_pick, three, "cargo_one_goal_obstacle_at_the_pick", start),
+        _cargo("one goal, object dropped", dropped, one, "cargo_one_goal_dropped", start),
+        _cargo("canonical, six goals", start, every, "cargo_canonical"),
+        _cargo(
+            "canonical, obstacle at the place, object held",
+            at_place,
+            every,
+            "cargo_canonical_obstacle_at_the_place",
+            start,
+        ),
+        _cargo("canonical, obstacle at the pick", at_pick, every, "cargo_canonical_obstacle_at_the_pick", start),
+        _cargo("canonical, object dropped", dropped, every, "cargo_canonical_dropped", start),
+        _household("milk for the user", "household_milk"),
+        _household("an obstacle before the milk", "household_obstacle_before_the_milk", before=("obstacle_1", "milk")),
         _household(
             "an obstacle turns up before the milk",
-            brought(aside(DRIVE.format(place="bar")), "Near(bar)"),
+            "household_obstacle_before_the_milk",
             before=("obstacle_1", "milk"),
             later=True,
         ),
-        _household("an obstacle on the way to the bar", brought(near=WAY), before=("obstacle_3", "bar"), later=True),
+        _household(
+            "an obstacle on the way to the bar",
+            "household_obstacle_on_the_way",
+            before=("obstacle_3", "bar"),
+            later=True,
+        ),
     )

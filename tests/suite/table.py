@@ -220,7 +220,7 @@ same-type rule puts the second goal's subtree into the first's, where it is not 
 ## Readability
 
 Nodes of the certified trees on the paper's scenes, beside the smallest tree in the same shape that a person would write
-(`tests/suite/scenes.py`; each of those is rolled out, too). The disturbances happen to an installed tree, which keeps
-what it has: a dropped object gets a further way to be picked up.
+(`tests/suite/minimal/*.txt`; each of those is rolled out, too). The disturbances happen to an installed tree, which
+keeps what it has: a dropped object gets a further way to be picked up.
 
 {scenes}"""

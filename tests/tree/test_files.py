@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import random
@@ -340,3 +341,12 @@ def test_a_plain_git_diff_is_no_larger_than_the_edit(seed: int, tmp_path: Path) 
     one, two = (write_tree(t, SIGNATURES).split(b"<TreeNodesModel>")[0] for t in (first, second))
     closing = sum(bool(first[e.id].children) for e in edit.removed)
     assert len(git_lines(tmp_path, one, two)) <= len(edit.removed) + closing + 2 * len(edit.changed)
+
+
+@pytest.mark.parametrize("command", [["show"], ["check"], ["diff", "/dev/null"], ["export", "--format", "dot"]])
+def test_a_tree_from_standard_input(
+    command: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(tree(GUARD).encode())))
+    assert main(["tree", *command, "-"]) == (6 if command[0] == "diff" else 0)
+    assert "act" in capsys.readouterr().out or command == ["check"]

@@ -46,7 +46,7 @@ class TrainSettings:
     """
 
     seed: int = 0
-    samples: int = 10_000
+    samples: int = 14_000
     epochs: int = 3
     batch: int = 32
     learning_rate: float = 3e-4

@@ -13,7 +13,7 @@ from itertools import pairwise, takewhile
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import Extent, LabelledStep
 from llmbt_compiler.parsing.phrase import excepts
-from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lemmas, lexicon, tokens
 
 __all__ = ["Clause", "Group", "Phrase", "clauses", "extents"]
 
@@ -24,6 +24,8 @@ _RESTRICTING = (
     ("with", "number"), ("with", "letter"), ("with", "label"), ("with", "id"),
 )  # fmt: skip
 _STILL = frozenset({"left", "still", "there", "here", "now", "currently", "already", "next", "closest"})
+_FAILING = frozenset({"forget", "hesitate", "fail", "omit"})  # "don't forget to ..."
+_TOLD = frozenset({"that", "whether", "if", "you", "we", "i", "how", "it"})
 _NO_NAME = frozenset({"to", "do", "dont", "not", "any"})
 _MARKUP = frozenset("*`\"“”'‘’")
 _TRAIL = 6
@@ -172,7 +174,7 @@ def clauses(step: LabelledStep) -> tuple[Clause, ...]:
     for group, nxt in pairwise([*_grouped(spans), []]):
         end = nxt[0].start if nxt else len(step.text)
         clause = _clause(text, group, begin, end)
-        if out and lexicon().is_(out[-1].action.casefold(), "negation"):
+        if out and (lexicon().is_(out[-1].action.casefold(), "negation", "unreal") or _reported(text, out[-1], group)):
             clause = replace(clause, negated=True)
         if nxt and _is_heading(text, group, nxt):
             clause = replace(clause, heading=True)
@@ -188,6 +190,16 @@ def extents(found: Sequence[Clause], size: int) -> tuple[tuple[int, int], ...]:
     """Where the words of each clause begin and end: with its first keyword, and where the next clause begins."""
     starts = [min(c.extent.start, *(p.extent.start for p in c.phrases), size) for c in found]
     return tuple(zip(starts, [*starts[1:], size], strict=True)) if found else ()
+
+
+def _reported(text: _Text, before: Clause, group: Sequence[KeywordSpan]) -> bool:
+    """Whether a clause is what somebody is told or asked ("tell the user that you will put ...")."""
+    lex = lexicon()
+    if not any(lex.is_(w, "speech") for w in lemmas(before.action.casefold())):
+        return False
+    action = next((s.start for s in group if s.label is Kind.ACTION), group[0].start)
+    lead = [t.text for t in text.all if before.extent.end <= t.start and t.end <= action]
+    return any(w in _TOLD for w in lead) and "then" not in lead
 
 
 def _and(text: _Text, start: int, end: int) -> bool:
@@ -289,7 +301,7 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
         Extent(action.start, action.end) if action is not None else extent,
         _particles(text, action, phrases),
         _groups(phrases),
-        any(lex.is_(t.text, "negation") for t in lead[-3:])
+        (any(lex.is_(t.text, "negation") for t in lead[-3:]) and not any(t.text in _FAILING for t in lead[-3:]))
         or any((a.text, b.text) == ("no", "need") for a, b in pairwise(lead)),
         conditional,
         exception,

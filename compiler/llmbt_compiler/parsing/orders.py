@@ -19,7 +19,7 @@ __all__ = ["Ordering"]
 _STAYS = re.compile(r"\W*(?:where (?:it|they)|alone|untouched|unchanged|as (?:it|they)|in place)\b", re.IGNORECASE)
 _IS = re.compile(
     r"\s+(?:(?:is|are|stands?|lies|lie|sits?)\s+(?:now\s+|currently\s+|still\s+|already\s+)*(?:on|in|at)"
-    r"|(?:stays?|remains?)(?:\s+where)?)\b",
+    r"|(?:stays?|remains?)(?:\s+where)?|(?:should|must|may|is|are|need|does|do)\s*(?:not|n['’]t))\b",
     re.IGNORECASE,
 )
 _ARE = re.compile(r"\s+(?:is|are)\s+(?:the\s+)?(?=\w+\s+\d|\w+_\d)", re.IGNORECASE)
@@ -61,7 +61,7 @@ class Ordering(Acting):
             self.moves(clause, things)
         elif verb.is_("exchange"):
             self.exchange(clause, things)
-        elif verb.is_("leaving") and not things.destinations and self.stays(things):
+        elif verb.is_("leaving") and things.targets and not things.destinations and self.stays(things):
             self.left_out(clause, "changes no goal")
         elif verb.templates:
             self.act(clause, verb, things)
@@ -74,8 +74,10 @@ class Ordering(Acting):
         return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 2 if after[0] in {"a", "an"} else 1])
 
     def stays(self, things: Group) -> bool:
-        """ "Leave object 6 where it is"."""
-        return any(_STAYS.match(self.now.text, p.extent.end) for p in things.targets)
+        """ "Leave object 6 where it is", or what is not in the hand."""
+        ids = [i for p in things.targets for i in self.quiet(p)]
+        apart = bool(ids) and not set(ids) & (set(self.ledger.pending) | self.ledger.handled)
+        return apart or any(_STAYS.match(self.now.text, p.extent.end) for p in things.targets)
 
     def verb(self, clause: Clause) -> Verb:
         words = [t.text for t in tokens(clause.action) if t.word]

@@ -17,6 +17,7 @@ from llmbt_compiler.parsing.clauses import clauses, extents
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.headings import headed
+from llmbt_compiler.parsing.lacking import lacking
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
 from llmbt_compiler.parsing.names import Found, Talk
@@ -147,13 +148,18 @@ class _Walker(Ordering):
             self.used.append(extent)
         found = clauses(step)
         self.use(*(t for c in found for p in c.phrases for t in p.parts))
-        if not found and self.names_both(step):
+        told = {t.text for t in tokens(step.text)} if not found else set()
+        forbidden = any(lexicon().is_(w, "negation") for w in told - {"instead"}) and told.isdisjoint(
+            {"but", "instead", "rather"}
+        )
+        if not found and not forbidden and self.names_both(step):
             self.complain("E305", "no action is named", whole, "do what?", "begin the step with a verb")
             return
         if not found:
             self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
             return
         before = (self.ledger.acts, self.targets, self.place)
+        earlier = len(self.diagnostics)
         for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
             self.idle = False
             try:
@@ -164,6 +170,11 @@ class _Walker(Ordering):
             if self.idle and not self.orders_within(step.text, start, end):
                 self.used.append(Extent(start, end))
         checks = bool(found) and all(c.action and self.only_checks(c.action) for c in found)
+        told = [
+            Extent(d.span.column - 1, d.span.end_column - 1) for d in self.diagnostics[earlier:] if d.span is not None
+        ]
+        for fault in lacking(step, self.scene, told):
+            self.fault(fault)
         for extent in () if checks else unread(step, self.scene, self.used):
             words = extent.cut(step.text)
             self.complain(

@@ -213,7 +213,10 @@ _DANGLING = re.compile(
     r"^\W*(?:place|put|pick|up)\W*$",
     re.IGNORECASE,
 )
-_FRAGMENT = re.compile(r"\b(?:and|then)\s+(?!(?:go|put|set|lay|get|use|let|sit)\b)[a-z]{1,3}$")
+_FRAGMENT = re.compile(
+    r"\b(?:and|then)\s+(?!(?:go|put|set|lay|get|use|let|sit)\b)[a-z]{1,3}$|"
+    r"\b(?:posi\w{0,3}|shel|leve|starti\w?|sorti\w?|beginni\w?|respecti\w{0,4}|objec)$"
+)
 _NAMED_BY_LETTER = re.compile(r"[A-Za-z]{2,}[ _-][A-Z]\W*$")
 _REFERENCE = re.compile(r"\b([a-z]+?)s?[ _]?#?(\d+)((?:(?:\s*,\s*|\s*,?\s+(?:and|or|to|&)\s+)\d+\b)*)", re.IGNORECASE)
 

@@ -191,7 +191,7 @@ class Interventions:
             lying = [s.extent for _, s in self.bench.others(held, body.id)]
             small = small_half_m(drives=self.terrain.drives)
             room = free_spots(place, small, [*lying, state.extent], self.scene.fixtures, None)
-            if not room and self._fits_elsewhere(body):
+            if not room and self._fits_on(body, but=place.id):
                 yield state
 
     def _has_room(self, place: ScenePlace, body: Body) -> bool:
@@ -199,9 +199,10 @@ class Interventions:
         lying = [s.extent for _, s in self.bench.others(body.id)]
         return has_room(place, body.size_m, lying, self.scene.fixtures)
 
-    def _fits_elsewhere(self, body: Body, *only: str) -> bool:
-        """Whether there is a place that an obstacle can be put aside on; the floor is none."""
-        places = [p for p in self.scene.places if p.surface_m is not None and (not only or p.id in only)]
+    def _fits_on(self, body: Body, only: str | None = None, but: str | None = None) -> bool:
+        """Whether there is a place that an obstacle can be put aside on, of all, `but` one, or `only` one; the floor is
+        none."""
+        places = [p for p in self.scene.places if p.surface_m is not None and p.id != but and only in (None, p.id)]
         return any(self._has_room(p, body) for p in places)
 
     def _destinations(self, due: Draw, now: Carry) -> Iterator[ScenePlace]:
@@ -228,7 +229,7 @@ class Interventions:
             here = self._where(target, now.facts)
             bodies = sorted(self._parked(), key=lambda b: (-b.size_m[2], b.id))
             if self.terrain.drives:  # put aside where it stands
-                bodies = [b for b in bodies if here is not None and self._fits_elsewhere(b, here)]
+                bodies = [b for b in bodies if here is not None and self._fits_on(b, only=here)]
             for body in bodies:
                 for beside in self._beside(state, body):
                     if self._can_stand(body, beside, (target,)):
