@@ -170,10 +170,9 @@ class _Walker(Ordering):
             if self.idle and not self.orders_within(step.text, start, end):
                 self.used.append(Extent(start, end))
         checks = bool(found) and all(c.action and self.only_checks(c.action) for c in found)
-        told = [
-            Extent(d.span.column - 1, d.span.end_column - 1) for d in self.diagnostics[earlier:] if d.span is not None
-        ]
-        for fault in lacking(step, self.scene, told):
+        spans = [d.span for d in self.diagnostics[earlier:] if d.span is not None]
+        complained = [Extent(s.column - 1, s.end_column - 1) for s in spans]
+        for fault in lacking(step, self.scene, complained):
             self.fault(fault)
         for extent in () if checks else unread(step, self.scene, self.used):
             words = extent.cut(step.text)
