@@ -48,7 +48,8 @@ def test_nothing_is_found_where_nothing_is_wrong(name: str) -> None:
 
 
 def test_every_code_has_a_file() -> None:
-    assert {c for wanted, _ in (*CORPUS.values(), *CASES.values()) for c in wanted} == set(RULES)
+    """But the one for what is no XML: see test_loose.py."""
+    assert {c for wanted, _ in (*CORPUS.values(), *CASES.values()) for c in wanted} == set(RULES) - {"T216"}
 
 
 def test_the_line_the_columns_and_the_suggestion() -> None:

@@ -53,6 +53,7 @@ RULES: Mapping[str, str] = {
     "T212": "an attribute with a namespace",
     "T214": "a misspelt pre- or post-condition, which is ignored",
     "T215": "an <include> that is not followed",
+    "T216": "`&` or `<` as such in a value: not XML, though BehaviorTree.CPP reads it",
 }
 
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn
 from xml.parsers import expat
 
+from llmbt_ir.btcpp.loose import escaped
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 from llmbt_ir.quoting import escape, quoteattr
 from llmbt_ir.xml import read_bytes
@@ -49,7 +50,8 @@ class Element:
 
 @dataclass(frozen=True)
 class Document:
-    """The elements of a file in the order in which they begin; `outside` are those that are not below the root.
+    """The elements of a file in the order in which they begin; `outside` are those that are not below the root; `loose`
+    are lines that are no well-formed XML, and that BehaviorTree.CPP's parser reads all the same.
 
     `included` are the names and lines of further files, where it is made of several (`llmbt_ir.btcpp.includes`):
     elements know theirs, counted from 1; 0 is the file itself.
@@ -60,6 +62,7 @@ class Document:
     outside: tuple[int, ...] = ()
     source: str = field(default="", compare=False)
     lines: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    loose: tuple[int, ...] = field(default=(), compare=False)
     included: tuple[tuple[str, tuple[str, ...]], ...] = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, index: int) -> Element:
@@ -186,8 +189,20 @@ def read_document(path: Path) -> Document:
 
 
 def parse_document(data: bytes, source: str = "tree.xml") -> Document:
-    """The elements of any XML document. Errors: E003 not well-formed, E004 too large, E005 DOCTYPE."""
-    return _Builder(data, source).build()
+    """The elements of any XML document; `&` and `<` as such in values are understood, as BehaviorTree.CPP does, whose
+    scripts are full of them. Errors: E003 not well-formed, E004 too large, E005 DOCTYPE."""
+    try:
+        return _Builder(data, source).build()
+    except LlmbtError as fault:
+        if fault.diagnostics[0].code != "E003":
+            raise
+        strict, loose = escaped(data)
+        if not loose:
+            raise
+        try:
+            return replace(_Builder(strict, source).build(), loose=loose)
+        except LlmbtError:
+            raise fault from None
 
 
 class _Builder:

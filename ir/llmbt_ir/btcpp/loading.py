@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from difflib import get_close_matches
 
 from llmbt_ir.btcpp.document import INSTRUCTION
 from llmbt_ir.btcpp.findings import File
 from llmbt_ir.btcpp.nodes import BUILTIN, KINDS, NodeKind, forbidden_character, is_port_name
 
-__all__ = ["LEVELS", "check_loading"]
+__all__ = ["LEVELS", "check_loading", "is_unknown"]
 
 LEVELS = 256
 """In one <BehaviorTree>; a <SubTree> starts the count again."""
@@ -170,13 +171,21 @@ def _name(file: File, index: int, name: str, attribute: str) -> None:
         file.say("T104", f"the name `{name}` has {what} in it", index, hint, attribute=attribute)
 
 
+def is_unknown(file: File, index: int) -> bool:
+    """Whether a node type that nothing declares is an error: where the file declares others, where a version before 4
+    had it, or where it has children and is spelt almost as a built-in one. Any other may be registered by a program."""
+    name = file.type_of(index)
+    if file.declared or name in VERSION_3:
+        return True
+    return bool(file.document.kids(index)) and bool(get_close_matches(name, BUILTIN, cutoff=0.85))
+
+
 def _unknown(file: File, index: int) -> None:
-    """A node type that nothing declares: an error where the file declares others, or has children to be ticked, or
-    where it is a name that version 3 had."""
+    """A node type that nothing declares."""
     name = file.type_of(index)
     if name in VERSION_3:
         file.say("T109", f"<{name}> is a node of version 3", index, f"in version 4 it is {VERSION_3[name]}")
-    elif file.declared or file.document.kids(index):
+    elif is_unknown(file, index):
         title = f"unknown node `{name}`: it is not built in, and TreeNodesModel does not declare it"
         file.say("T109", title, index, near=(name, file.types))
 

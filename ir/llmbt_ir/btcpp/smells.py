@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from llmbt_ir.btcpp.findings import Effect, File
+from llmbt_ir.btcpp.loading import is_unknown
 from llmbt_ir.btcpp.match import Content, content_of
 from llmbt_ir.btcpp.nodes import BUILTIN, CONDITIONS_OF_NODES, REACTIVE, REMEMBERING, NodeKind
+from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 
 __all__ = ["check_smells"]
 
@@ -21,6 +23,10 @@ SCRIPTS = frozenset({"code", "if"})
 def check_smells(file: File) -> None:
     """All warnings of a file."""
     d = file.document
+    for line in d.loose:
+        span = Span(d.source, line, text=d.lines[line - 1])
+        title = "`&` or `<` as such in a value: BehaviorTree.CPP reads it, Groot2 and other XML programs do not"
+        file.found.append(Diagnostic("T216", title, span, "", "write &amp; and &lt;", Severity.WARNING))
     if d[d.root].get("BTCPP_format") != "4":
         file.say("T201", "the file does not say that it is for version 4", d.root, 'write <root BTCPP_format="4" ...>')
     if not d[d.root].get("main_tree_to_execute") and len(d.trees) > 1:
@@ -45,9 +51,10 @@ def _undeclared(file: File) -> None:
     told: set[str] = set()
     for i in (i for t in d.trees for i in d.below(t) if i != t):
         name = file.type_of(i)
-        if name not in file.types and name not in told and not d.kids(i):
+        if name not in file.types and name not in told and not is_unknown(file, i):
             told.add(name)
-            hint = f'declare it: <TreeNodesModel><{file.kind_of(i) or "Action"} ID="{name}"/>'
+            kind = file.kind_of(i) or (("Action", "Decorator")[len(d.kids(i))] if len(d.kids(i)) < 2 else "Control")
+            hint = f'declare it: <TreeNodesModel><{kind} ID="{name}"/>'
             file.say(
                 "T209",
                 f"no TreeNodesModel declares `{name}`: its ports cannot be checked, nor shown by Groot2",
