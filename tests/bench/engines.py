@@ -45,6 +45,7 @@ facts, with what that world costs; there a fact that flips was not predicted, so
 in a tick: for the action to be halted, and for the one to be started), which costs what the tree costs. One fact
 flips: a goal is lost in one tick and comes back in the next, so that another action takes over each time. Every node:
 all actions end at once; no fact changes (in a world they take time). "-": not to be had, or the tree grows then.
+What the running action started on is shown as it was: of v002 the fact that flips is such a one in llmbt execute.
 """
 
 
