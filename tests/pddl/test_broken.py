@@ -18,7 +18,8 @@ from tests.pddl.flavours import FLAVOURS
 from tests.pddl.generated import generated
 
 TEXTS = [*AWKWARD.values(), *CLASSICS.values(), *((d, p) for d, p, _ in FLAVOURS.values())]
-WORDS = "( ) - ?x and not or = () either object :typing (and) . (not (p)) forall when ; { * ?".split(" ")
+WORDS = ("(", ")", "-", "?x", "and", "not", "or", "=", "()", "either", "object", ":typing", "(and)", ".", "(not (p))",
+         "forall", "when", ";", "{", "*", "?")  # fmt: skip
 
 
 def broken(seed: int) -> tuple[str, str]:
