@@ -276,7 +276,7 @@ def _link(run: Run, stage: Stage, id_: str) -> tuple[Stage, Link, str | None]:
             return next_stage, Link(id_, label, role, first.name, step), above
     whole = next((s for s in first.steps if s.get("kind") in ("chain", "goals")), None)
     if first.tree[id_].condition is not None and _is_goal(run, first, id_):
-        return first, Link(id_, label, "a goal of the request", run.stages[0].name), None
+        return first, Link(id_, label, "a goal of the request" if run.request else "a goal", run.stages[0].name), None
     chained = whole is not None and whole.get("kind") == "chain"
     if id_ == first.tree.root and not chained:
         return first, Link(id_, label, "the root, which holds the goals together", first.name, whole), None

@@ -1,4 +1,4 @@
-"""A run told in words, and as data: its versions with why and what came of them, and where a node is from."""
+"""A run told in words, and as data: its versions with why, and what came of them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from llmbt.history import Event, Link, Run, Stage
+from llmbt.history import Event, Run, Stage
 from llmbt_ir.condition import Condition, parse_condition
 from llmbt_ir.tree import Kind, Tree
 from llmbt_runtime.update.local import ALTERNATIVES
 
-__all__ = ["link_lines", "log_document", "log_lines", "request_lines", "stage_lines", "why_document", "why_lines"]
+__all__ = ["BOLD", "FAINT", "Paint", "alternatives", "log_document", "log_lines", "request_lines", "row", "stage_lines"]
 
 Paint = Callable[[str, str], str]
 BOLD, GREEN, RED, YELLOW, FAINT = "1", "32", "31", "33", "2"
@@ -21,7 +21,8 @@ RUN = ("problem", "scene", "world", "disturb", "seed", "planner")
 RESULT = {"SUCCESS": GREEN, "FAILURE": RED, "HALTED": YELLOW}
 
 
-def _row(head: str, text: str) -> str:
+def row(head: str, text: str) -> str:
+    """A line of a table of two columns."""
     return f"  {head:<13} {text}"
 
 
@@ -69,11 +70,11 @@ def stage_lines(run: Run, stage: Stage, paint: Paint) -> Iterator[str]:
     hit: list[Event] = []
     for k, event in enumerate(_told(stage.events, _under_way(run, stage))):
         hit += [event] if event.kind == "disturbance" else []
-        yield _row("then" if k == 0 else "", _event(event, paint) + _with_it(run, stage, event, hit))
+        yield row("then" if k == 0 else "", _event(event, paint) + _with_it(run, stage, event, hit))
 
 
 def _count(tree: Tree) -> str:
-    return f"{len(tree)} node{'s' if len(tree) != 1 else ''}"
+    return _plural(len(tree), "node")
 
 
 def _why(record: Mapping[str, Any]) -> Iterator[str]:
@@ -81,9 +82,9 @@ def _why(record: Mapping[str, Any]) -> Iterator[str]:
     for head, key in (("began to hold", "began"), ("ceased", "ended")):
         facts = observed.get(key, ())
         if facts:
-            yield _row(head, ", ".join(facts))
+            yield row(head, ", ".join(facts))
     if record.get("failed_condition"):
-        yield _row("failed", str(record["failed_condition"]))
+        yield row("failed", str(record["failed_condition"]))
 
 
 def _steps(stage: Stage) -> Iterator[str]:
@@ -91,22 +92,26 @@ def _steps(stage: Stage) -> Iterator[str]:
         kind = str(step.get("kind"))
         reason = str(step.get("reason") or step.get("condition") or "")
         before = f", put before node {step['before']}" if step.get("before") else ""
-        yield _row(kind, f"{reason}   [node {step.get('node')}{before}]")
+        yield row(kind, f"{reason}   [node {step.get('node')}{before}]")
         if kind in ("chain", "goals") and step.get("action"):
-            yield _row("", f"plan: {str(step['action']).replace(') ', '), ')}")
-        others = _alternatives(step, 3)
+            yield row("", f"plan: {str(step['action']).replace(') ', '), ')}")
+        others = alternatives(step, 3)
         if others:
-            yield _row("", f"rather than {others}")
+            yield row("", f"rather than {others}")
     planner = stage.record.get("planner", {})
     if planner.get("calls"):
-        yield _row("search", _search(planner["calls"], planner["expansions"]))
+        yield row("search", _search(planner["calls"], planner["expansions"]))
 
 
 def _search(calls: int, expansions: int) -> str:
-    return f"{calls} call{'s' if calls != 1 else ''} of the planner, {expansions} states expanded"
+    return f"{_plural(calls, 'call')} of the planner, {_plural(expansions, 'state')} expanded"
 
 
-def _alternatives(step: Mapping[str, Any], n: int) -> str:
+def _plural(n: object, what: str) -> str:
+    return f"{n} {what}{'' if n == 1 else 's'}"
+
+
+def alternatives(step: Mapping[str, Any], n: int) -> str:
     """What else would have brought the condition about: what could start at once, and what needs other actions before
     it. A move takes no action in place of another; the edit that follows it tells what was chosen."""
     others = tuple(map(str, step.get("alternatives", ()))) if step.get("kind") != "move" else ()
@@ -127,18 +132,18 @@ def _certificate(stage: Stage) -> Iterator[str]:
     actions = tuple(certificate.get("actions", ()))
     count = len(certificate.get("state", ()))
     if not actions:
-        yield _row("it will work", f"in the state observed ({count} facts) the goals hold already")
+        yield row("it will work", f"in the state observed ({count} facts) the goals hold already")
         return
-    yield _row(
+    yield row(
         "it will work", f"if nothing else happens: from the state observed ({count} facts), by the templates' effects:"
     )
     purposes = _purposes(stage.tree)
     width = max(len(a) for a in actions)
     for k, action in enumerate(actions, 1):
         purpose = purposes.get(action)
-        yield _row("", f"{k:>3}. {action:<{width}}{f'   for {purpose}' if purpose else ''}".rstrip())
+        yield row("", f"{k:>3}. {action:<{width}}{f'   for {purpose}' if purpose else ''}".rstrip())
     goals = ", ".join(str(g.condition) for g in stage.file.provenance.goals)
-    yield _row("", f"and then {goals} hold{'' if len(stage.file.provenance.goals) > 1 else 's'}")
+    yield row("", f"and then {goals} hold{'' if len(stage.file.provenance.goals) > 1 else 's'}")
 
 
 def _purposes(tree: Tree) -> dict[str, str]:
@@ -245,7 +250,8 @@ def log_lines(run: Run, stages: Sequence[Stage], paint: Paint, patch: Callable[[
         outcome = str(run.result.get("outcome"))
         yield ""
         reason = f": {run.result['reason']}" if run.result.get("reason") else ""
-        text = f"{outcome}{reason}; {held} of {len(goals)} goals hold"
+        reached = f"{held} of {len(goals)} goals hold" if goals else "no goals are stated"
+        text = f"{outcome}{reason}; {reached}"
         yield paint(text, GREEN if outcome == "SUCCESS" else RED) + _totals(run)
         yield from _tally(run)
         yield from _left(run)
@@ -256,33 +262,33 @@ def log_lines(run: Run, stages: Sequence[Stage], paint: Paint, patch: Callable[[
 
 def _totals(run: Run) -> str:
     r = run.result
-    return f" ({r.get('ticks')} ticks, {r.get('sim_time_s')} s simulated, {r.get('versions')} versions)"
+    return f" ({r.get('ticks')} ticks, {r.get('sim_time_s')} s simulated, {_plural(r.get('versions'), 'version')})"
 
 
 def _tally(run: Run) -> Iterator[str]:
     """How many actions ended how, and what was searched for besides the versions."""
     ends = Counter(str(a.get("result")) for a in run.result.get("actions", ()))
     if ends:
-        yield _row("actions", f"{ends.total()}: {', '.join(f'{ends[end]} {end}' for end in RESULT if ends[end])}")
+        yield row("actions", f"{ends.total()}: {', '.join(f'{ends[end]} {end}' for end in RESULT if ends[end])}")
     planners = [s.record.get("planner", {}) for s in run.stages]
     calls = run.result.get("planner_calls", 0) - sum(p.get("calls", 0) for p in planners)
     if calls > 0:
         expansions = run.result.get("expansions", 0) - sum(p.get("expansions", 0) for p in planners)
-        yield _row("search", f"{_search(calls, expansions)}, which led to no version")
+        yield row("search", f"{_search(calls, expansions)}, which led to no version")
 
 
 def _left(run: Run) -> Iterator[str]:
     """What the end leaves to be told: goals that do not hold, and how the disturbances were dealt with."""
     for goal in run.result.get("goals", ()):
         if not goal.get("holds"):
-            yield _row("not reached", str(Condition(goal["name"], tuple(goal["args"]), bool(goal.get("negated")))))
+            yield row("not reached", str(Condition(goal["name"], tuple(goal["args"]), bool(goal.get("negated")))))
     hit = run.result.get("disturbances", ())
     for entry in hit:
         mended = entry.get("recovered_at_s")
         end = "was never made good" if mended is None else f"was made good at {mended} s"
-        yield _row("disturbed", f"{entry['name']} of {entry['target']} at {entry['fired_at_s']} s {end}")
+        yield row("disturbed", f"{entry['name']} of {entry['target']} at {entry['fired_at_s']} s {end}")
     if hit:
-        yield _row("", "made good: by the truth what it ended holds again, or a goal about what it happened to")
+        yield row("", "made good: by the truth what it ended holds again, or a goal about what it happened to")
 
 
 def log_document(run: Run, stages: Sequence[Stage], patch: Callable[[Stage], Any] | None) -> dict[str, Any]:
@@ -297,103 +303,3 @@ def log_document(run: Run, stages: Sequence[Stage], patch: Callable[[Stage], Any
             entry["patch"] = patch(stage)
         versions.append(entry)
     return {"request": run.request, "versions": versions, "result": dict(run.result)}
-
-
-# -- why -----------------------------------------------------------------------------------------------------------
-
-
-def why_lines(run: Run, chain: Sequence[Link], paint: Paint) -> Iterator[str]:
-    """A node's chain, from itself back to the words that asked for it."""
-    for k, link in enumerate(chain):
-        lead = "because of  " if k else ""
-        yield f"{lead}{paint(link.label, BOLD)}   {paint(link.node, FAINT)}"
-        yield from link_lines(run, link)
-    yield from _words(run, chain[-1])
-
-
-def link_lines(run: Run, link: Link) -> Iterator[str]:
-    """What one link says of its node."""
-    yield _row("it is", link.role)
-    if link.version:
-        record = run.stage(link.version).record
-        if record.get("parent") is None:
-            yield _row("since", f"{link.version}, the tree that was {'compiled' if run.request else 'given'}")
-        else:
-            cause = record.get("cause")
-            yield _row("since", f"{link.version}, tick {record.get('tick')}, {record.get('sim_time_s')} s: {cause}")
-    if link.step:
-        yield _row(str(link.step.get("kind")), str(link.step.get("reason") or ""))
-        others = _alternatives(link.step, 4)
-        if others:
-            yield _row("rather than", others)
-    for version, step in link.moves:
-        record = run.stage(version).record
-        yield _row("moved", f"{version}, tick {record.get('tick')}, {record.get('sim_time_s')} s: {step.get('reason')}")
-
-
-def _asked(run: Run, link: Link) -> dict[str, Any]:
-    """The words of request and reply that a goal comes from; empty where the folder does not tell."""
-    record = next((g for g in run.stages[0].file.provenance.goals if str(g.condition) == link.label), None)
-    if record is None:
-        return {}
-    found: dict[str, Any] = {"goal": record.node, "words": record.words, "request": run.request}
-    goal = next((g for g in run.goals if _is(g, link.label)), None)
-    if goal is not None:
-        step = next((s for s in run.steps if s.get("number") == goal.get("step")), {})
-        found |= {"words": goal.get("words"), "step": goal.get("step"), "step_text": step.get("text")}
-        text, span = str(run.reply.get("text", "")), goal.get("reply")
-        if span and text:
-            start = span[0]
-            found["reply_span"] = list(span)
-            found["reply_line"] = text.count("\n", 0, start) + 1
-            found["reply_column"] = start - (text.rfind("\n", 0, start) + 1) + 1
-            found["reply_text"] = text[span[0] : span[1]]
-            found["reply_line_text"] = text.splitlines()[found["reply_line"] - 1]
-    return {k: v for k, v in found.items() if v not in (None, "")}
-
-
-def _is(goal: Mapping[str, Any], label: str) -> bool:
-    condition = parse_condition(label)
-    if condition is None:
-        return False
-    same = goal.get("name") == condition.name and tuple(goal.get("args", ())) == condition.args
-    return same and bool(goal.get("negated")) == condition.negated
-
-
-def _words(run: Run, link: Link) -> Iterator[str]:
-    asked = _asked(run, link)
-    if not asked.keys() - {"goal"}:
-        return
-    yield "asked for by"
-    if "reply_line" in asked:
-        yield _row("reply", f"line {asked['reply_line']}: {asked['reply_line_text']}")
-        said = min(len(asked["reply_text"]), len(asked["reply_line_text"]) - asked["reply_column"] + 1)
-        lead = len(f"line {asked['reply_line']}: ") + asked["reply_column"] - 1
-        yield _row("", " " * lead + "^" * max(1, said))
-    elif asked.get("words"):
-        yield _row("words", str(asked["words"]))
-    if asked.get("request"):
-        yield _row("request", str(asked["request"]))
-
-
-def why_document(run: Run, chains: Sequence[Sequence[Link]]) -> dict[str, Any]:
-    """The chains as data."""
-    return {
-        "chains": [
-            {
-                "links": [
-                    {
-                        "node": link.node,
-                        "label": link.label,
-                        "role": link.role,
-                        "version": link.version,
-                        "step": dict(link.step) if link.step else None,
-                        "moves": [{"version": version, "step": dict(step)} for version, step in link.moves],
-                    }
-                    for link in chain
-                ],
-                "asked_for_by": _asked(run, chain[-1]),
-            }
-            for chain in chains
-        ]
-    }

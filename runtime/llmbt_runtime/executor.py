@@ -257,6 +257,7 @@ class _Run:
         if isinstance(found, Grown):
             self.install(found, facts)
             return None
+        self.note_deviation("no tree is found")
         if isinstance(found, OutOfBudget):
             return self.end(Outcome.BUDGET, f"no plan within {self.settings.budget} expansions")
         if self.failures.excluded:
@@ -307,7 +308,7 @@ class _Run:
         self.failures.forgive(facts)
         found = self.asked(facts, frozenset(self.failures.excluded))
         if isinstance(found, Kept):
-            self.note_deviation()
+            self.note_deviation("the tree serves as it is")
             self.accept()
             return None
         return found
@@ -329,12 +330,12 @@ class _Run:
             self.expansions += found.expansions
         return found
 
-    def note_deviation(self) -> None:
-        """Tell what was not predicted and needs no other tree."""
+    def note_deviation(self, so: str) -> None:
+        """Tell what was not predicted where no other tree comes of it."""
         under_way = self.running[1].deletes if self.running else frozenset()
         began, ended = self.view.began, self.view.ended - under_way
         if began or ended:
-            text = f"{self.cause(began, ended)}: the tree serves as it is"
+            text = f"{self.cause(began, ended)}: {so}"
             self.say("deviation", text, began=[str(f) for f in sorted(began)], ended=[str(f) for f in sorted(ended)])
 
     def accept(self) -> None:

@@ -87,7 +87,8 @@ class World(Protocol):
     def halt(self) -> bool:
         """Ask the running action to stop; True once none runs.
 
-        In a contact phase it goes on to the end of the phase (at most some 3 s), then stops; keep calling `advance`.
+        In a contact phase it goes on to the end of the phase (at most some 3 s), then stops; what has nowhere else to
+        be is set down first (some 10 s). Keep calling `advance`.
         """
 
     def advance(self) -> ActionReport:

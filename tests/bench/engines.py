@@ -344,20 +344,25 @@ def _row(engine: str, shape: str, run: str | None) -> str:
     return f"{ENGINES[engine]:<42}" + " ".join(cells)
 
 
+def table(shape: str, run: str | None) -> None:
+    """What a tick of one tree costs, by engine and scenario."""
+    size = len(situation(shape, "nothing", run).tree)
+    title = f"{size} nodes" + (f" ({shape} of the run below)" if run else "")
+    print(f"{title:<42}{'nothing changed':>17} {'one fact flips':>17} {'every node':>17}", flush=True)
+    for engine in ENGINES:
+        print(_row(engine, shape, run), flush=True)
+    print()
+
+
 def ticking() -> None:
-    """The table, and beside it a whole physical tick."""
+    """The tables, and beside them a whole physical tick."""
     title = "Ticking: microseconds of CPU time (least of 5 rounds) and condition evaluations a tick"
     with section(title), tempfile.TemporaryDirectory() as folder:
         print(NOTES)
         done = Path(folder, "run")
         physical, share, ticks, versions = _physical(done)
         for shape, run in (*((s, None) for s in GOALS), *((v, str(done)) for v in versions)):
-            size = len(situation(shape, "nothing", run).tree)
-            title = f"{size} nodes" + (f" ({shape} of the run below)" if run else "")
-            print(f"{title:<42}{'nothing changed':>17} {'one fact flips':>17} {'every node':>17}", flush=True)
-            for engine in ENGINES:
-                print(_row(engine, shape, run), flush=True)
-            print()
+            table(shape, run)
         print(f"a whole physical tick, mean of {ticks} of the canonical run with an obstacle, its start left out:")
         print(f"{physical:.0f} us, of it {share:.0f} us for the tree's tick; the rest is physics, sensing and updates")
 

@@ -72,7 +72,7 @@ def test_a_tree_with_memory_subtrees_and_decorators(tmp_path: Path, capsys: pyte
     assert main(["tree", "log", str(tmp_path / "out")]) == 0
     log = capsys.readouterr().out
     assert "v000  the tree as it was given, ticked as it stands" in log
-    assert "place(object_2, position_13): SUCCESS" in log
+    assert "place(object_2, position_13): SUCCESS" in log and "SUCCESS; no goals are stated (" in log
     (tmp_path / "out" / "result.json").unlink()
     assert main(["tree", "log", str(tmp_path / "out")]) == 0
     assert "the run was killed" in capsys.readouterr().out
@@ -97,6 +97,7 @@ def test_a_timeout_halts_in_simulated_time(tmp_path: Path) -> None:
     (action,) = document["actions"]
     assert (action["result"], action["reason"]) == ("HALTED", "the tree halted it")
     assert action["ended_s"] == pytest.approx(0.2)
+    assert document["reason"] == "the tree returned FAILURE: Timeout ran out (line 1)"
 
 
 def test_a_reactive_tree_halts_before_it_starts(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ VERSION = re.compile(r"^(v\d{3,})  tick (\d+), ([\d.]+) s: (.*?)   \((\d+) nodes
 ENDING = re.compile(r"^([A-Z_]+)(?:: (.*))?; (\d+) of (\d+) goals hold \((\d+) ticks, ([\d.]+) s simulated, (\d+) ver")
 DISTURBED = re.compile(r"^  disturbed +(\w+) of (\w+) at ([\d.]+) s was (?:made good at ([\d.]+) s|never made good)$")
 HIT = re.compile(r"^disturbance: (\w+) of (\w+)(?:: ended (.*?))?(?:; seen next: .*)?$")
-SEARCH = re.compile(r"^  search +(\d+) calls? of the planner, (\d+) states expanded")
+SEARCH = re.compile(r"^  search +(\d+) calls? of the planner, (\d+) states? expanded")
 TALLY = re.compile(r"^  actions +(\d+): (.*)$")
 
 
@@ -138,6 +138,16 @@ def test_a_run_is_retold_from_its_log_alone(disturb: str, tmp_path: Path, capsys
         command = ["run", REQUEST, "--scene", "cargo_sorting", "-o", str(out), "--world", "symbolic", "-q"]
         assert main([*command, "--disturb", disturb, "--seed", str(seed)]) == 0
         holds_against(out, told(capsys, "log", out))
+
+
+def test_a_run_that_cannot_succeed_is_retold_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With what was seen last, and why no tree is found."""
+    command = ["run", REQUEST, "--scene", "cargo_sorting", "-o", str(tmp_path), "--world", "symbolic", "-q"]
+    assert main([*command, "--disturb", "impossible"]) == 3
+    text = told(capsys, "log", tmp_path)
+    holds_against(tmp_path, text)
+    assert re.search(r"disturbance: impossible of (\w+): ended Free\(\1\); seen next: On\(obstacle_\d, \1\)\n", text)
+    assert ": no tree is found\n" in text
 
 
 def test_a_run_that_was_interrupted_is_retold_too(

@@ -346,7 +346,7 @@ def why(run: Path, node: str, colour: str, as_json: bool) -> int:
     from llmbt.draw import paint, safe, wants_colour
     from llmbt.history import origin, read_run
     from llmbt.render import print_json
-    from llmbt.story import why_document, why_lines
+    from llmbt.whence import why_document, why_lines
 
     found = read_run(run)
     chains = origin(found, node)

@@ -12,7 +12,7 @@ from llmbt.experiment.statistics import bootstrap_by_group, median_time
 from llmbt.experiment.tables import Table, interval, rate, share
 from llmbt.experiment.trial import Verdict
 
-__all__ = ["counts", "paper_tables"]
+__all__ = ["counts", "in_the_main_setting", "paper_tables"]
 
 Line = Mapping[str, Any]
 LEFT_OUT = (Verdict.ACTION, Verdict.RECOGNITION)
@@ -21,11 +21,11 @@ LEFT_OUT = (Verdict.ACTION, Verdict.RECOGNITION)
 
 def paper_tables(experiment: Experiment, lines: Sequence[Line], seed: int) -> tuple[Table, ...]:
     """All tables of an experiment's trials; `lines` in the order of the plan."""
-    settings = list(dict.fromkeys(setting_of(x) for x in lines))
+    settings = {setting_of(x) for x in lines}
     if not settings:
         return ()
-    main = min(settings, key=_order)
-    mine = [x for x in lines if setting_of(x) == main]
+    mine = in_the_main_setting(lines)
+    main = setting_of(mine[0])
     given = _given(lines)
     tables = [
         _as_the_paper(experiment, [x for x in mine if x["repeat"] == 0], given, main),
@@ -38,9 +38,15 @@ def paper_tables(experiment: Experiment, lines: Sequence[Line], seed: int) -> tu
     return tuple(tables)
 
 
-def _order(setting: Setting) -> tuple[bool, bool, bool]:
-    """The tables are those of physics, the truth and the nominal scenes where that was run."""
-    return setting.world != "bullet", setting.perception != "truth", setting.scenes != "nominal"
+def in_the_main_setting(lines: Sequence[Line]) -> list[Line]:
+    """Those of one setting, of which all tables but the factorial are: physics, the truth and nominal scenes, or what
+    was run that is nearest to it."""
+
+    def far(setting: Setting) -> tuple[bool, bool, bool]:
+        return setting.world != "bullet", setting.perception != "truth", setting.scenes != "nominal"
+
+    main = min(map(setting_of, lines), key=far, default=None)
+    return [x for x in lines if setting_of(x) == main]
 
 
 def counts(experiment: Experiment, lines: Sequence[Line]) -> dict[str, Any]:

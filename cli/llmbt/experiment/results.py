@@ -14,7 +14,7 @@ from llmbt.experiment.baselines_tables import baseline_tables, time_tables
 from llmbt.experiment.cases import load_experiment
 from llmbt.experiment.figures import figures_of
 from llmbt.experiment.ledger import read_plan, read_trials
-from llmbt.experiment.paper import counts, paper_tables
+from llmbt.experiment.paper import counts, in_the_main_setting, paper_tables
 from llmbt.experiment.study_page import study_page
 from llmbt.experiment.tables import Table
 from llmbt_ir.versions import write_atomic
@@ -39,7 +39,7 @@ def results_of(header: Mapping[str, Any], lines: Sequence[Mapping[str, Any]]) ->
     if header["kind"] == "paper":
         experiment = load_experiment(str(header["source"]))
         tables, times = paper_tables(experiment, lines, int(header["seed"])), tuple[Table, ...]()
-        numbers: Mapping[str, Any] = counts(experiment, lines)
+        numbers: Mapping[str, Any] = counts(experiment, in_the_main_setting(lines))
     else:
         tables = tuple(t for world in header["worlds"] for t in baseline_tables(lines, world))
         tables, times = tables + adversary_tables(lines), time_tables(lines, header["worlds"])
@@ -64,7 +64,8 @@ def write_results(folder: Path) -> Results:
     for table in (*results.tables, *results.times):
         for suffix, text in (("md", table.markdown()), ("csv", table.csv()), ("tex", table.latex())):
             write_atomic(folder / "tables" / f"{table.name}.{suffix}", text.encode())
-    figures = figures_of(lines, str(header["kind"]))
+    shown = in_the_main_setting(lines) if header["kind"] == "paper" else lines
+    figures = figures_of(shown, str(header["kind"]))
     for figure in figures:
         write_atomic(folder / "figures" / f"{figure.name}.svg", figure.svg)
         write_atomic(folder / "figures" / f"{figure.name}.png", figure.png)

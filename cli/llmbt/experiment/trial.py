@@ -104,7 +104,7 @@ def run_trial(trial: Trial, case: Case, folder: Path) -> dict[str, Any]:
     began = time.monotonic()
     request = next(r for r in case.requests if r.id == trial.request)
     try:
-        found = _compiled(case, request, folder)
+        found = _compiled_once(case, request, folder)
         if "goals" in found:
             found |= _executed(trial, case, folder)
     except LlmbtError as fault:
@@ -120,6 +120,23 @@ def run_trial(trial: Trial, case: Case, folder: Path) -> dict[str, Any]:
 
 def _fault(why: str) -> dict[str, Any]:
     return {"compiled": "fault", "says": why}
+
+
+_KEPT: dict[tuple[str, str], tuple[dict[str, Any], Mapping[str, bytes]]] = {}
+"""What a request compiled to in this process, with the files. There is no chance in compiling, so its further trials
+take what the first made."""
+
+
+def _compiled_once(case: Case, request: Request, folder: Path) -> dict[str, Any]:
+    key = case.source, request.id
+    if key not in _KEPT:
+        found = _compiled(case, request, folder)
+        _KEPT[key] = found, {p.name: p.read_bytes() for p in folder.iterdir()}
+        return dict(found)
+    found, files = _KEPT[key]
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+    return dict(found)
 
 
 def _compiled(case: Case, request: Request, folder: Path) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from llmbt_atl.state import Domain
 from llmbt_ir.condition import Goals, holds, satisfied
 from llmbt_runtime.engine.engine import OneBody
 from llmbt_runtime.engine.incremental import IncrementalEngine
-from llmbt_runtime.engine.program import Program
+from llmbt_runtime.engine.program import Op, Program
 from llmbt_runtime.outcome import Executed, Happening, Outcome, Result
 from llmbt_runtime.tick import NodeStatus
 from llmbt_runtime.view import View
@@ -79,13 +79,14 @@ class _Drive:
 
     def advance(self) -> None:
         """One tick of the world; the end of an action is noted, to be told when it is polled."""
-        self.note(self.world.advance())
+        report = self.world.advance()
         self.ticks += 1
         log = self.world.disturbances()
         for d in log[self.told_disturbances :]:
             broke = ", ".join(str(c) for c in d.broke)
             self.say("disturbance", f"{d.name} of {d.target}" + (f": ended {broke}" if broke else ""), d.fired_at_s)
         self.told_disturbances = len(log)
+        self.note(report)
 
     # -- leaves ---------------------------------------------------------------------------------------------------
 
@@ -155,7 +156,8 @@ class _Drive:
         elif leaf.action is not None:
             what = f"{leaf.action} {'failed' if self.last is NodeStatus.FAILURE else 'succeeded'}"
         else:
-            what = f"{leaf.op} ran out" if leaf.children else f"{leaf.op} was reached"
+            ends = {Op.TIMEOUT: "ran out", Op.RETRY: "makes no attempt", Op.REPEAT: "makes no attempt"}
+            what = f"{leaf.op} {ends.get(leaf.op, 'was reached')}"
         return f": {what}" + (f" (line {leaf.line})" if leaf.line else "")
 
     def end(self, outcome: Outcome, reason: str) -> Result:

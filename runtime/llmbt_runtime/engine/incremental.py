@@ -80,11 +80,13 @@ class IncrementalEngine:
         return status
 
     def last_leaf(self) -> int:
-        """The leaf that decided the last tick, or the Timeout that had run out. Precondition: that tick did not return
-        RUNNING."""
+        """The leaf that decided the last tick, or the Timeout that had run out, or the Retry or Repeat of no attempts.
+        Precondition: that tick did not return RUNNING."""
         nodes, n = self.program.nodes, 0
         while nodes[n].children:
             rank = self._ended.get(n)
+            if nodes[n].op in (Op.RETRY, Op.REPEAT) and (nodes[n].amount == 0 or nodes[n].amount < -1):
+                break
             if rank is None:
                 rank = self.values.first_stop(n) if self.values.go_on[n] != NO_COMPOSITE else 0
             elif rank == RAN_OUT:
