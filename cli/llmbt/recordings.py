@@ -43,7 +43,7 @@ def described(path: Path) -> dict[str, Any]:
         cassette = read_cassette(path)
     except LlmbtError as wrong:
         return {"cassette": str(path), "fault": f"{wrong.diagnostics[0].code}: {wrong.diagnostics[0].title}"}
-    source = dataclasses.asdict(cassette.provenance)
+    source = {"says": cassette.provenance.words(), **dataclasses.asdict(cassette.provenance)}
     return {"cassette": str(path), "fault": "", "turns": len(cassette.turns), **source}
 
 

@@ -13,12 +13,13 @@ import sys
 from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 from xml.parsers import expat
 
-from lxml import etree
-
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
+
+if TYPE_CHECKING:  # imported where a document is built: what only writes does without it
+    from lxml import etree
 
 __all__ = ["MAX_BYTES", "MAX_DEPTH", "line_of", "parse_xml", "read_bytes", "schema_of"]
 
@@ -27,7 +28,7 @@ MAX_DEPTH = 2_000
 """libxml2 stops at 2,048 levels of its own accord."""
 MAX_ATTRIBUTES = 200
 """Of one element: libxml2 takes a minute over 100,000."""
-Element = etree._Element
+Element: TypeAlias = "etree._Element"
 
 
 def read_bytes(path: Path, what: str) -> bytes:
@@ -127,6 +128,8 @@ def parse_xml(data: bytes, source: str, *, schema: str | None = None, max_depth:
 
     Errors: E003 not well-formed, E004 too deep or too wide, E005 DOCTYPE, E006 not as the schema wants it.
     """
+    from lxml import etree
+
     _scan(data, source, max_depth)
     parser = etree.XMLParser(
         resolve_entities=False, no_network=True, huge_tree=True, remove_comments=True, remove_pis=True
@@ -143,6 +146,8 @@ def parse_xml(data: bytes, source: str, *, schema: str | None = None, max_depth:
 @cache
 def schema_of(name: str) -> etree.RelaxNG:
     """The RelaxNG schema `name`.rng, wherever one of our packages ships it: `package:name` or one of ours."""
+    from lxml import etree
+
     package, _, stem = name.rpartition(":")
     folder = importlib.resources.files(package or "llmbt_ir") / "schemas"
     return etree.RelaxNG(etree.fromstring((folder / f"{stem}.rng").read_bytes()))

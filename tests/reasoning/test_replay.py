@@ -57,7 +57,7 @@ def test_authored_recording_replays(made, cargo, library):
 
 def test_the_file_says_who_wrote_it_and_holds_no_key(made):
     text = made.path.read_text()
-    assert text.startswith("# A dialogue for LLM-BT, authored by hand, not said by any model.\n")
+    assert text.startswith("# A dialogue for LLM-BT, authored by hand, not said by any model.\n# One writer composed ")
     assert text.endswith("\n")
     assert "provenance: authored" in text
     assert not any(word in text.lower() for word in ("authorization", "bearer", "user-agent", "x-stainless"))

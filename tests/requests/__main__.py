@@ -23,14 +23,16 @@ def main() -> int:
     parser.add_argument("--ids", action="store_true", help="with --blind: name what is wrong, by id and reason")
     parser.add_argument("--id", dest="chosen", action="append", default=[], help="this request alone; may be repeated")
     parser.add_argument("--experiments", action="store_true", help="the requests of experiments/ instead (2 minutes)")
-    parser.add_argument("--write", action="store_true", help="write docs/requests.md (10 minutes); see also --ambik")
+    sections = ("requests", "experiments", "faults", "ambik")
+    told = "put figures into docs/requests.md: these, or all (10 minutes)"
+    parser.add_argument("--write", nargs="*", choices=sections, metavar="SECTION", help=told)
     parser.add_argument("--ambik", type=Path, metavar="FILE", help="with --write: AmbiK's ambik_test.csv, counted too")
     parser.add_argument("--verbose", action="store_true", help="say what is decided about each")
     options = parser.parse_args()
-    if options.write:
+    if options.write is not None:
         from tests.requests.document import write
 
-        return write(options.ambik)
+        return write(options.write, options.ambik)
     if options.experiments:
         from tests.requests.experiments import counted
 

@@ -1,8 +1,9 @@
 """Requests as JSON lines, one object a line: what somebody writes who has seen the scenes and not the code.
 
 Fields: `id`, `scene`, `kind` (complete, unclear, impossible), `request`, `reply` (what the model says), `answer` and
-`reply_after_answer` (unclear ones), `candidates` (ids; an empty list is not checked), `goals` (conditions as text, all
-of them wanted; a list of lists, or `{"any": [...]}`, where several are equally right), `why`.
+`reply_after_answer` (unclear ones), `candidates` (ids; an empty list is not checked), `goals` (conditions as text, or
+as `["On", "object_1", "position_11"]`, all of them wanted; a list of lists of texts, or `{"any": [...]}`, where several
+are equally right), `why`.
 """
 
 from __future__ import annotations
@@ -57,13 +58,20 @@ def _alternatives(goals: Any) -> Iterator[Goals]:
             yield from _alternatives(member)
     elif isinstance(goals, str):
         yield frozenset(_literal(part) for part in goals.split(";") if part.strip())
-    elif goals and all(isinstance(g, list) for g in goals):
+    elif _in_parts(goals):
+        yield frozenset({_literal(f"{goals[0]}({', '.join(goals[1:])})")})
+    elif goals and all(isinstance(g, list) and not _in_parts(g) for g in goals):
         for member in goals:
             yield from _alternatives(member)
     elif goals:
-        parts = [tuple(_alternatives({"any": g} if isinstance(g, list) else g)) for g in goals]
+        parts = [tuple(_alternatives({"any": g} if isinstance(g, list) and not _in_parts(g) else g)) for g in goals]
         for chosen in product(*parts):
             yield frozenset[Any]().union(*chosen)
+
+
+def _in_parts(goals: Any) -> bool:
+    """Whether a list is one condition: its name and its arguments."""
+    return isinstance(goals, list) and bool(goals) and all(isinstance(g, str) and "(" not in g for g in goals)
 
 
 def _literal(text: str) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -17,9 +17,9 @@ DOC = Path(__file__).parents[2] / "docs" / "requests.md"
 _SECTION = "<!-- {mark} {name} -->"
 
 
-def write(ambik_file: Path | None) -> int:
-    """Count everything anew and put the figures into docs/requests.md; what stands around them stays as it is, and so
-    do the figures of AmbiK where its file is not given."""
+def write(names: Sequence[str], ambik_file: Path | None) -> int:
+    """Count anew what is named (all of it where nothing is, AmbiK where its file is given) and put the figures into
+    docs/requests.md. What stands around them stays as it is."""
     counts: dict[str, tuple[str, Callable[[], str]]] = {
         "requests": ("python -m tests.requests", _requests),
         "experiments": ("python -m tests.requests --experiments", experiments.counted),
@@ -30,12 +30,11 @@ def write(ambik_file: Path | None) -> int:
             "python -m tests.requests.ambik ambik_test.csv",
             lambda: ambik.counted(ambik.read(ambik_file)),
         )
-    text = DOC.read_text(encoding="utf-8")
-    for name, (command, count) in counts.items():
+    for name in names or counts:
+        command, count = counts[name]
         print(f"{name} ...", file=sys.stderr, flush=True)
-        date = datetime.now(UTC).date().isoformat()
-        text = replaced(text, name, f"Printed by `{command}` on {date}:\n\n{count()}")
-        DOC.write_text(text, encoding="utf-8")
+        body = f"Printed by `{command}` on {datetime.now(UTC).date().isoformat()}:\n\n{count()}"
+        DOC.write_text(replaced(DOC.read_text(encoding="utf-8"), name, body), encoding="utf-8")
     return 0
 
 

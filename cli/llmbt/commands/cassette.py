@@ -36,13 +36,11 @@ def list_(paths: tuple[Path, ...], as_json: bool) -> int:
         if row["fault"]:
             click.echo(f"{row['cassette']}: {row['fault']}")
             continue
-        model = row["model"] or "no model"
         tokens = f", {row['tokens_in']}+{row['tokens_out']} tokens" if row["tokens_in"] else ""
         cost = f", ${row['cost_usd']}" if row["cost_usd"] else ""
-        click.echo(
-            f"{row['cassette']}: {row['provenance']}, {model} ({row['endpoint_kind'] or 'endpoint unknown'}), "
-            f"{row['date']}, template {row['template_version']}, {row['turns']} turns{tokens}{cost}"
-        )
+        turns = f"{row['turns']} turn{'s' * (row['turns'] != 1)}"
+        source = f"{row['says']}, {row['date']}, template {row['template_version']}"
+        click.echo(f"{row['cassette']}: {source}, {turns}{tokens}{cost}")
         click.echo(f"    {row['scene']}: {row['request']}")
     return 0
 

@@ -19,7 +19,7 @@ from llmbt_ir.diagnostics import ExitCode, LlmbtError
 from llmbt_ir.scene import to_semantic_map
 from llmbt_runtime.baselines import Limits, run
 from llmbt_runtime.chance import chance
-from llmbt_runtime.disturbance import DisturbanceSpec, applicable, draw
+from llmbt_runtime.disturbance import DisturbanceSpec, When, applicable, draw
 from llmbt_runtime.initial import facts_of_map
 from llmbt_runtime.symbolic import Event, SymbolicWorld
 from llmbt_runtime.symbolic_disturbance import symbolic_events
@@ -182,7 +182,10 @@ def _bullet(scenario: Scenario, case: Case, goals: Goals, names: tuple[str, ...]
     from llmbt.experiment.worlds import kept_world
 
     rng = chance(scenario.seed, "targets")
-    specs = tuple(DisturbanceSpec(name, target=_target(name, goals[0], rng.integers)) for name in names)
+    targets = ((name, _target(name, goals[0], rng.integers)) for name in names)
+    # A target says by itself when in the task it is: from the first grasp on. How many grasps went before differs by
+    # method, and a number drawn for them could pass a target by.
+    specs = tuple(DisturbanceSpec(n, target=t, when=When(grasp=1) if t is not None else None) for n, t in targets)
     return kept_world(case.scene, scenario.seed, specs, goals[0])
 
 

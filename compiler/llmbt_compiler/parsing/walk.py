@@ -171,8 +171,8 @@ class _Walker(Ordering):
                 self.used.append(Extent(start, end))
         checks = bool(found) and all(c.action and self.only_checks(c.action) for c in found)
         spans = [d.span for d in self.diagnostics[earlier:] if d.span is not None]
-        complained = [Extent(s.column - 1, s.end_column - 1) for s in spans]
-        for fault in lacking(step, self.scene, complained):
+        faulty = [Extent(s.column - 1, s.end_column - 1) for s in spans]
+        for fault in lacking(step, self.scene, faulty):
             self.fault(fault)
         for extent in () if checks else unread(step, self.scene, self.used):
             words = extent.cut(step.text)

@@ -59,6 +59,10 @@ HEADER_BYTES = 8192
 REQUEST_HEADERS = ("content-type", "accept")
 RESPONSE_HEADERS = ("content-type",)
 OPERATION = "/chat/completions"
+_WRITTEN = """\
+# One writer composed the request and the replies; nobody asked a model. The model that a request names is the one that
+# would have been asked, and all that stands in a response is the writer's.
+"""
 _HASH_LINE = re.compile(rb"^# turn \d+ sha256 ([0-9a-f]{64})\s*$", re.MULTILINE)
 
 
@@ -272,6 +276,8 @@ def render_cassette(cassette: Cassette) -> str:
         "interactions": [{"request": dict(t.request), "response": dict(t.response)} for t in cassette.turns],
     }
     head = f"# A dialogue for LLM-BT, {clean(cassette.provenance.words(), 200)}.\n"
+    if cassette.provenance.authored:
+        head += _WRITTEN
     head += "".join(f"# turn {i} sha256 {t.sha256}\n" for i, t in enumerate(cassette.turns, 1))
     body = yaml.dump(document, Dumper=Dumper, sort_keys=False, allow_unicode=True, width=110)
     return head + body.rstrip("\n") + "\n"
