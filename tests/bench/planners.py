@@ -79,10 +79,11 @@ def timed(command: list[str], work: Path, env: dict[str, str], repeats: int) -> 
             return Timed("none", "none")
         taken, ended = time.perf_counter() - start, os.times()
         text = done.stdout + done.stderr
-        if number or taken > 5:
+        cpu = ended[2] + ended[3] - began[2] - began[3]
+        if number or cpu > 5:
             walls.append(taken)
-            cpus.append(ended[2] + ended[3] - began[2] - began[3])
-        if taken > 5:
+            cpus.append(cpu)
+        if cpu > 5:
             break
     return Timed(f"{sorted(walls)[len(walls) // 2]:.2f}", f"{min(cpus):.2f}", text)
 
