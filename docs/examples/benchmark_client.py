@@ -16,7 +16,7 @@ def holds(literals, facts):
 
 
 def plan(facts, goals, actions):
-    """The names of the actions that lead to one of the goals; None where none do, ... where that is not known."""
+    """The names of the actions that lead to one of the goals; None where none do, no names where that is not known."""
     start = frozenset(facts)
     before, queue = {start: None}, deque([start])
     while queue:
@@ -28,7 +28,7 @@ def plan(facts, goals, actions):
                 names.append(name)
             return names[::-1]
         if len(before) > MOST_STATES:
-            return ...
+            return []
         for name, action in actions.items():
             if holds(action["start"], state) and holds(action["hold"], state):
                 after = (state - set(action["deletes"])) | set(action["adds"])

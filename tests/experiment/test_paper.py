@@ -98,6 +98,18 @@ def test_the_factorial_has_a_line_for_each_setting_and_says_why_trials_failed():
     assert tables["cargo_sorting_everything"].rows[0][1].startswith("9/15 ")
 
 
+def test_every_failure_is_told_with_what_it_says():
+    found = rows(LINES, "failures")
+    assert set(found) == {str(k) for k in range(9, 15)}
+    assert found["13"] == ("–", "refused", "–", "x")
+    assert found["11"][:2] == ("drop", "update")
+
+
+def test_what_is_to_be_read_with_the_rates_stands_below_them():
+    tables = {t.name: t for t in paper_tables(CARGO, LINES, 0)}
+    assert any("Errata" in n for n in tables["cargo_sorting_everything"].notes)
+
+
 def test_household_footnotes_are_found_by_adding():
     household = load_experiment("household")
     lines = [x | {"experiment": "household", "case": household.cases[0].name} for x in LINES]

@@ -75,13 +75,14 @@ class Reported:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """An experiment: cases in order."""
+    """An experiment: cases in order. `notes` are to be read with its rates."""
 
     name: str
     title: str
     cases: tuple[Case, ...]
     reported: Reported | None
     source: str
+    notes: tuple[str, ...] = ()
 
 
 def experiment_names() -> tuple[str, ...]:
@@ -120,7 +121,8 @@ def read_experiment(path: Path) -> Experiment:
             what = "is there twice" if case.experiment == name else f"belongs to experiment `{case.experiment}`"
             raise LlmbtError(Diagnostic("E401", f"the case `{case.name}` {what}", Span(str(path), line_of(node))))
         cases.append(case)
-    return Experiment(name, root.get("title", ""), tuple(cases), _reported(root), str(path))
+    notes = tuple(_words(n) for n in root.iterfind("Note"))
+    return Experiment(name, root.get("title", ""), tuple(cases), _reported(root), str(path), notes)
 
 
 def _reported(root: Element) -> Reported | None:

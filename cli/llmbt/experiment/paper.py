@@ -17,6 +17,8 @@ __all__ = ["counts", "in_the_main_setting", "paper_tables"]
 Line = Mapping[str, Any]
 LEFT_OUT = (Verdict.ACTION, Verdict.RECOGNITION)
 """What the paper does not count: "the success rates of actions and 3D recognition are not taken into account"."""
+MOST_TOLD = 60
+"""Failures that a table lists."""
 
 
 def paper_tables(experiment: Experiment, lines: Sequence[Line], seed: int) -> tuple[Table, ...]:
@@ -32,6 +34,7 @@ def paper_tables(experiment: Experiment, lines: Sequence[Line], seed: int) -> tu
         _everything(experiment, mine, given, seed, main),
         _unclear(experiment, mine, given),
         _by_disturbance(mine, given),
+        _failures(mine, given),
     ]
     if len(settings) > 1:
         tables.append(_factorial(lines, given))
@@ -178,7 +181,29 @@ def _everything(experiment: Experiment, lines: Sequence[Line], given: str, seed:
             "failure: a question or a diagnostic to a clear request, goals that do not mean the case (parser), the "
             "loop's end short of them (update), actions that failed until nothing led on (action), a claim that the "
             "truth denies (truth), a bug of ours (fault).",
+            *experiment.notes,
         ),
+    )
+
+
+def _failures(lines: Sequence[Line], given: str) -> Table:
+    """The trials of clear requests that were no success, each with what it says of itself."""
+    failed = [x for x in lines if _clear(x) and not _is(Verdict.SUCCESS)(x)]
+    return Table(
+        "failures",
+        f"What failed, {given}",
+        ("trial", "disturbance", "verdict", "ended", "what it says"),
+        tuple(
+            (
+                str(x["key"]),
+                ", ".join(x.get("drawn", ())) or "–",
+                str(x["verdict"]),
+                str(x.get("outcome", "–")),
+                str(x.get("says") or x.get("reason") or "–")[:200],
+            )
+            for x in failed[:MOST_TOLD]
+        ),
+        (f"{len(failed)} trials; the run of each is kept whole in `runs/`.",),
     )
 
 
