@@ -17,7 +17,7 @@ __all__ = ["BOLD", "FAINT", "Paint", "alternatives", "log_document", "log_lines"
 Paint = Callable[[str, str], str]
 BOLD, GREEN, RED, YELLOW, FAINT = "1", "32", "31", "33", "2"
 FACT = re.compile(r"\w+\([^()]*\)")
-RUN = ("problem", "scene", "world", "disturb", "seed", "planner")
+RUN = ("problem", "scene", "world", "perception", "disturb", "seed", "planner")
 RESULT = {"SUCCESS": GREEN, "FAILURE": RED, "HALTED": YELLOW}
 
 
