@@ -205,7 +205,10 @@ class _Run:
 
     def refuse_contradictions(self, parsed: ParseResult) -> None:
         semantic_map = self.context.semantic_map
-        found = contradictions(parsed, domain_of(self.context.library, semantic_map), semantic_map, self.context.where)
+        steps = self.values.get("filter")
+        texts = tuple((s.number, s.text) for s in steps.steps) if isinstance(steps, Steps) else ()
+        domain = domain_of(self.context.library, semantic_map)
+        found = contradictions(parsed, domain, semantic_map, self.context.where, texts)
         if found:
             raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
 
@@ -218,10 +221,10 @@ class _Run:
         steps = self.values.get("filter")
         said = "\n".join(s.text for s in steps.steps) if isinstance(steps, Steps) else ""
         for point in open_points(context.request, parsed, semantic_map, library, said):
-            return from_request(point)
+            return from_request(point, semantic_map, library)
         sentences = tagged(_SENTENCES.findall(" ".join(context.request.split())[:_LONGEST]), context.tagger)
         unknown = unknown_names(sentences, parsed.goals, semantic_map, library)
-        return next(map(from_request, unknown), None)
+        return next((from_request(p, semantic_map, library) for p in unknown), None)
 
     def answer(self, asked: Asked) -> str | None:
         """The user's answer, entered into what was said; None where there is none."""

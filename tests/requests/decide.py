@@ -133,6 +133,8 @@ def same_goals(decided: Goals, wanted: Goals, semantic_map: SemanticMap) -> bool
     there = {o.id: o.place for o in semantic_map.objects}
 
     def holds(goal: Condition) -> bool:
+        if goal.name == "HandEmpty" and not goal.negated:
+            return not any(g.name == "Holding" for g in decided)
         place = there.get(goal.args[0]) if goal.name == "On" and not goal.negated else None
         return place is not None and (goal.args[1] == place or goal.args[1] in semantic_map.containers(place))
 

@@ -94,9 +94,11 @@ def _slot(diagnostic: Diagnostic) -> Slot:
     return Slot.TARGET if diagnostic.label == "what?" else Slot.DESTINATION
 
 
-def from_request(point: OpenPoint) -> Asked:
-    """What the check of the request found open."""
+def from_request(point: OpenPoint, semantic_map: SemanticMap, library: Library) -> Asked:
+    """What the check of the request found open; where a place is, any that something may be put on answers it."""
     d = point.diagnostic
+    if d.code == "E305":
+        d = replace(d, candidates=_destinations(Scene(semantic_map, library)))
     told = replace(d, help=f"{d.help}; {_ANSWER}" if d.help else _ANSWER)
     return Asked(told, Slot.REQUEST, d.candidates, taken=point.taken)
 
@@ -133,7 +135,7 @@ def _mentioned(text: str, scene: Scene) -> tuple[str, ...]:
     if asked is not None and words[asked].text == "where":
         return tuple(places) or (_destinations(scene) if not objects or first is not None else tuple(objects))
     noun = _asked_noun(words, asked, scene) if asked is not None else ""
-    wanted = {"object": objects, "place": places}.get(noun, objects if first == "object" else places)
+    wanted = {"object": objects, "place": places}.get(noun) or _more(objects, places, first)
     fits = _fitting(words[asked + 1 :], scene) if asked is not None else ()
     among = tuple(i for i in wanted if i in fits)
     if len(among) > 1:
@@ -141,6 +143,13 @@ def _mentioned(text: str, scene: Scene) -> tuple[str, ...]:
     if wanted or fits:
         return tuple(wanted) or fits
     return tuple(objects or places)
+
+
+def _more(objects: Sequence[str], places: Sequence[str], first: str | None) -> Sequence[str]:
+    """What a question without a noun is about: the things that it names several of, else those that it begins with."""
+    if (len(objects) > 1) != (len(places) > 1):
+        return objects if len(objects) > 1 else places
+    return objects if first == "object" or len(objects) > 1 else places
 
 
 def _asked_noun(words: Sequence[Token], asked: int, scene: Scene) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 
@@ -13,15 +14,21 @@ from llmbt_ir.semantic_map import SemanticMap
 __all__ = ["contradictions"]
 
 _MOST = 10
+_WAITS = re.compile(r"\b(?:wait|pause|until|afterwards|later|hold on|stand by)\b")
 
 
 def contradictions(
-    parsed: ParseResult, domain: Domain, semantic_map: SemanticMap, where: Callable[[Goal], Span]
+    parsed: ParseResult,
+    domain: Domain,
+    semantic_map: SemanticMap,
+    where: Callable[[Goal], Span],
+    texts: Sequence[tuple[int, str]] = (),
 ) -> tuple[Diagnostic, ...]:
     """E343 for every two goals that exclude each other by the library's state variables, and for an object that the
     steps put into one place and, for no reason that they show, into another.
 
-    `where` says where a goal is written. What the templates make unreachable beyond that is the search's to prove.
+    `where` says where a goal is written, `texts` are the steps by their
+    numbers. What the templates make unreachable beyond that is the search's to prove.
     """
     found = [
         _diagnostic(a, b, f"{say(a.condition, domain.library)}, and {say(b.condition, domain.library)}", where)
@@ -31,6 +38,7 @@ def contradictions(
     found += [
         _diagnostic(a.goal, b.goal, f"{a.target} would be in two places: {a.place} and {b.place}", where)
         for a, b in _twice(parsed.moves, semantic_map)
+        if not _one_after_the_other(a, b, texts)
     ]
     return tuple(found[:_MOST])
 
@@ -65,6 +73,15 @@ def _twice(moves: Sequence[Move], semantic_map: SemanticMap) -> Iterator[tuple[M
             if not stop and not _one_place(earlier.place, move.place, semantic_map):
                 yield earlier, move
         where[move.target] = move.place
+
+
+def _one_after_the_other(a: Move, b: Move, texts: Sequence[tuple[int, str]]) -> bool:
+    """Whether the steps between two moves of an object say that it is to be first here and then there: they wait, or
+    take it up again from where the first has put it."""
+    between = " ".join(t for n, t in texts if a.goal.step_number < n <= b.goal.step_number).casefold()
+    place = a.place.replace("_", " ")
+    again = re.search(rf"\b(?:from|off)\s+(?:the\s+)?{re.escape(place)}\b", between.replace("_", " "))
+    return again is not None or _WAITS.search(between) is not None
 
 
 def _is_carried(move: Move) -> bool:

@@ -51,8 +51,17 @@ def definite(words: Sequence[Token], line: str, scene: Scene) -> Iterator[Meant]
     """Every phrase like "the green block", "the yellow one", "the largest block", "the block in the sorting area" with
     the objects that it fits; none where what stands after it may tell more than is understood here."""
     where = {o.id: o.place for o in scene.map.objects}
+    named = False
     for i, t in enumerate(words):
-        end = _noun(words, i, scene) if t.text in _POINTING else 0
+        back = named and t.text in {"that", "this"}  # "position 12 ... that block": it points back
+        named = named or (t.number is not None and t.digits) or t.text in scene.colours
+        end = _noun(words, i, scene) if t.text in _POINTING and not back else 0
+        if not end and _bare(words, i, scene):
+            end = _noun(words, i - 1, scene)
+            found = _plain(words, i, end, scene, where) if end else None
+            if found is not None and found.ids:
+                yield Meant(i, found.end, found.ids)
+            continue
         if end:
             found = (
                 _ranked(words, i + 1, end, line, scene, where)
@@ -61,6 +70,13 @@ def definite(words: Sequence[Token], line: str, scene: Scene) -> Iterator[Meant]
             )
             if found is not None and found.ids:
                 yield Meant(i, found.end, found.ids)
+
+
+def _bare(words: Sequence[Token], i: int, scene: Scene) -> bool:
+    """Whether a phrase in a telegram's style begins: a colour with no article before it ("red block to level 2")."""
+    before = words[i - 1].text if i else "."
+    opens = before in {".", ",", ";", ":", "!", "?", "and", "then"} or before in _PUTTING | _FETCHING
+    return opens and words[i].text in scene.colours
 
 
 def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:

@@ -32,6 +32,9 @@ _LEAVING = frozenset({
     "currently", "now", "was", "from", "empty",
     "still", "than", "rather", "like", "clear", "free", "stands", "temporarily", "via", "through",
 })  # fmt: skip
+_MOVING = frozenset({"move", "put", "place", "shift"})
+_SMALL = frozenset({"please", "pls", "plz", "could", "can", "would", "you", "robot", "now", "just", "hey", "hi", "and"})
+_SHORT = 12
 _TURNING = ("negation", "except", "instead", "conditional")
 _HUES = frozenset({*COLOURS, "gray", "violet", "cyan", "magenta", "turquoise", "gold", "golden"}) - {"wood"}
 
@@ -56,19 +59,21 @@ def open_points(
     words = tokens(line)
     return (
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
-        *_passed_over(words, line, parsed.goals, scene),
+        *_passed_over(words, line, parsed, scene),
         *_relations(words, line, parsed),
+        *_nowhere(words, line, parsed.goals, scene),
     )
 
 
-def _passed_over(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+def _passed_over(words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene) -> Iterator[OpenPoint]:
     """Objects by their numbers or names, numbered places where nothing stands yet, and colours, that the request names
     and the goals leave out; not where it may name them for another reason: as landmarks, in a condition, to be left
     alone."""
     if any(t.text in _LEAVING or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
         return
     landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
-    about = {a for g in goals for a in g.condition.args}
+    about = {a for g in parsed.goals for a in g.condition.args}
+    about |= {i for m in parsed.moves for i in (m.target, m.place)}
     for start, end, ids in _mentions(words, scene):
         if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
             said = request[words[start].start : words[end - 1].end]
@@ -118,6 +123,26 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
         place = left_open.candidates[0]
         told = replace(left_open, code="E309", severity=Severity.ERROR, span=span, help=f"is {left_open.label} right?")
         yield OpenPoint(told, place)
+
+
+def _nowhere(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+    """A request that moves something and has no word for where to."""
+    verbs = [i for i, t in enumerate(words) if t.text in _MOVING]
+    placed = [g.condition for g in goals if g.condition.name == "On" and not g.condition.negated]
+    if not verbs or not placed or len(words) > _SHORT or any(_leads(t, scene) for t in words):
+        return
+    places = dict.fromkeys(c.args[1] for c in placed)
+    taken = next(iter(places)) if len(placed) == 1 else None
+    title = f"where is {placed[0].args[0]} to go? the reply takes {', '.join(places)} without asking"
+    span = _span(words[verbs[0] :], request)
+    yield OpenPoint(Diagnostic("E305", title, span, "no place is named", "name the place"), taken)
+
+
+def _leads(t: Token, scene: Scene) -> bool:
+    """Whether a word may say where to: a place, a way, an order, a number."""
+    if t.text in scene.colours or scene.word(t, True).text:
+        return False
+    return t.number is not None or not (t.text in _MOVING | _SMALL or lexicon().is_(t.text, "articles") or not t.word)
 
 
 def _points(

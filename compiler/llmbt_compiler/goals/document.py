@@ -107,9 +107,24 @@ def _fault(code: str, title: str, text: str, source: str, at: int, hint: str = "
     return LlmbtError(Diagnostic(code, title, span, help=hint))
 
 
+class _TwiceError(ValueError):
+    """A key that is there twice: which of the two is meant is not ours to say."""
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise _TwiceError(key)
+        found[key] = value
+    return found
+
+
 def _decoded(text: str, start: int, source: str, *, whole: bool = True) -> tuple[Any, int]:
     try:
-        return json.JSONDecoder().raw_decode(text, start)
+        return json.JSONDecoder(object_pairs_hook=_once).raw_decode(text, start)
+    except _TwiceError as wrong:
+        raise _fault("E150", f"the JSON has the key `{clean(str(wrong), 40)}` twice", text, source, start) from None
     except json.JSONDecodeError as wrong:
         if not whole and not text[wrong.pos :].strip("` \r\n"):
             raise _fault("E151", "the reply's JSON stops in the middle", text, source, len(text.rstrip()) - 1) from None

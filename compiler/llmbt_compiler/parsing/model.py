@@ -20,6 +20,7 @@ _CODES = {
     "E309": ExitCode.UNCLEAR,
     "E312": ExitCode.UNCLEAR,
     "E314": ExitCode.UNCLEAR,
+    "E343": ExitCode.NO_SUCCESS,
 }
 
 

@@ -232,6 +232,10 @@ class Placing(Grounding):
     ) -> None:
         """Each object to its place: all to one, or in pairs."""
         extent = extent or clause.extent
+        if len(ids) == 1 and len(places) > 1:
+            title = f"{ids[0]} would be in {len(places)} places: {' and '.join(places[:6])}"
+            self.complain("E343", title, extent, "one thing is in one place", "name one of them")
+            raise Stop
         if len(places) != 1 and len(places) != len(ids):
             self.complain(
                 "E312", f"{len(ids)} objects and {len(places)} places cannot be paired", extent,

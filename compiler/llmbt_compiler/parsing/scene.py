@@ -168,7 +168,9 @@ class Scene:
             plain = ([x.text for x in tokens(t) if x.word and x.number is None and len(x.text) > 1] for t in told)
             return frozenset(words[-1] for words in plain if words)
 
-        return of(self.map.places) | lexicon().places, of(self.map.objects) | lexicon().objects
+        return of(self.map.places) | lexicon().places, of(self.map.objects) | lexicon().objects | frozenset(
+            lexicon().sorts
+        )
 
     def nouns(self, movable: bool) -> frozenset[str]:
         """The words that a name, a type or a shape of a kind ends with, and those that stand for any."""

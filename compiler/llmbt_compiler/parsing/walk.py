@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
+from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.beside import mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses, extents
 from llmbt_compiler.parsing.explained import explanation, without
@@ -19,6 +20,7 @@ from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.headings import headed
 from llmbt_compiler.parsing.lacking import lacking
 from llmbt_compiler.parsing.ledger import Entry
+from llmbt_compiler.parsing.mentions import mentioned_in
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
@@ -69,6 +71,12 @@ def parse(
     return walker.result()
 
 
+def _joined(step: LabelledStep) -> bool:
+    """Whether a step's destinations are joined by "and": two places are said, and it is no slip of the tagger's."""
+    ends = [s for s in step.spans if s.label is Kind.DESTINATION]
+    return len(ends) > 1 and any(t.text == "and" for t in tokens(step.text[ends[0].end : ends[-1].start]))
+
+
 @dataclass
 class _Walker(Ordering):
     """Goes through the steps; of several readings of one it takes what the map bears out."""
@@ -116,6 +124,10 @@ class _Walker(Ordering):
             walker.step(replace(step, spans=reading.spans, confidence=1.0, readings=()))
             clean = walker.errors() <= errors
             trials.append(Trial(walker, reading.probability, clean, walker.ledger.standing()))
+        if any(
+            d.code in {"E312", "E343"} and _joined(step) for d in trials[0].value.diagnostics[len(self.diagnostics) :]
+        ):
+            return trials[0].value
         chosen = weigh(trials, self.ledger.standing(), self.threshold)
         if chosen is None:
             self.now = step
@@ -175,6 +187,8 @@ class _Walker(Ordering):
         for fault in lacking(step, self.scene, faulty):
             self.fault(fault)
         for extent in () if checks else unread(step, self.scene, self.used):
+            if self.stands_at(step, extent):
+                continue
             words = extent.cut(step.text)
             self.complain(
                 "E314", f"`{words}` is named, and what for is not understood", extent, "", "say it in a step of its own"
@@ -184,6 +198,15 @@ class _Walker(Ordering):
             self.complain("E314", title, extent, "", "say which thing is to go where")
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def stands_at(self, step: LabelledStep, extent: Extent) -> bool:
+        """Whether words right behind an object say where it stands ("the red block (object 6) in the sorting area")."""
+        before = [t.text for t in tokens(step.text[: extent.start]) if not lexicon().is_(t.text, "articles")]
+        found = resolve_places(tokens(extent.cut(step.text)), self.scene, Talk())
+        if not before or not lexicon().is_(before[-1], "at", "from") or not isinstance(found, Found):
+            return False
+        there = {self.ledger.where.get(i) for i in mentioned_in(step.text[: extent.start], self.scene)}
+        return len(found.ids) == 1 and any(self.scene.within(p, found.ids[0]) for p in there)
 
     def only_checks(self, action: str) -> bool:
         """Whether a verb changes nothing ("check that ... stand on level 1"): what it names is not asked for."""

@@ -68,6 +68,7 @@ class Lexicon:
     collectives: frozenset[str]
     places: frozenset[str]
     shapes: Mapping[str, frozenset[str]]
+    sorts: Mapping[str, frozenset[str]]
     sizes: Mapping[str, Size]
     groups: tuple[frozenset[str], ...]
     numbers: Mapping[str, int]
@@ -78,8 +79,9 @@ class Lexicon:
         return any(word in self.function[name] for name in lists)
 
     def alike(self, word: str) -> frozenset[str]:
-        """A noun with its synonyms, an adjective of shape with the shapes it fits."""
-        return frozenset({word}).union(*(g for g in self.groups if word in g), self.shapes.get(word, ()))
+        """A noun with its synonyms, an adjective of shape with the shapes it fits, a sort of things with the things."""
+        more = (self.shapes.get(word, ()), self.sorts.get(word, ()))
+        return frozenset({word}).union(*(g for g in self.groups if word in g), *more)
 
     @property
     def known(self) -> frozenset[str]:
@@ -102,6 +104,7 @@ def lexicon() -> Lexicon:
         anything=frozenset(raw["nouns"]["anything"]),
         collectives=frozenset(raw["nouns"]["collectives"]),
         shapes={k: frozenset(v) for k, v in raw["nouns"]["shapes"].items()},
+        sorts={k: frozenset(v) for k, v in raw["nouns"]["sorts"].items()},
         sizes={k: Size(v[0], v[1] == "most", len(v) > 2) for k, v in raw["nouns"]["sizes"].items()},
         places=frozenset(raw["nouns"]["places"]),
         groups=tuple(frozenset(g) for g in raw["nouns"]["groups"]),
