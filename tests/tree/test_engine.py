@@ -215,7 +215,7 @@ def test_a_running_tree_is_swapped_for_its_next_version(runs: Path, tmp_path: Pa
 def test_the_exported_folder(runs: Path, tmp_path: Path) -> None:
     out = tmp_path / "p"
     assert main(["tree", "export", str(runs / "drop"), "--format", "btcpp"]) == 2
-    assert main(["tree", "export", str(runs / "drop"), "--format", "btcpp", "-o", str(out)]) == 0
+    assert main(["tree", "export", str(runs / "drop"), "--btcpp", "-o", str(out)]) == 0
     assert main(["tree", "export", str(runs / "drop"), "--format", "btcpp", "-o", str(out)]) == 2
     assert main(["tree", "export", str(runs / "drop"), "--format", "btcpp", "-o", str(out), "--force"]) == 0
     assert (out / "tree.xml").read_bytes() == (runs / "drop" / "tree.v002.xml").read_bytes()
@@ -249,3 +249,10 @@ def test_the_cpp_stubs_compile(runs: Path, tmp_path: Path) -> None:
         done = subprocess.run(command, cwd=tmp_path / "p", check=False, timeout=120, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         assert done.stderr == ""
+
+
+def test_the_form_is_what_the_files_name_ends_in(runs, tmp_path):
+    assert main(["tree", "export", str(runs / "drop"), "-o", str(tmp_path / "a.svg")]) == 0
+    assert (tmp_path / "a.svg").read_bytes().startswith(b"<svg")
+    assert main(["tree", "export", str(runs / "drop"), "-o", str(tmp_path / "a.png")]) == 2
+    assert main(["tree", "export", str(runs / "drop")]) == 2

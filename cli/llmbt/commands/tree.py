@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["tree"]
 
 FILE = click.Path(path_type=Path)
+FORMATS = ("svg", "dot", "mermaid", "btlog", "btcpp")
 colour_option = click.option(
     "--colour",
     "--color",
@@ -369,14 +370,15 @@ def why(run: Path, node: str, colour: str, as_json: bool) -> int:
 
 @tree.command()
 @click.argument("file", type=FILE)
-@click.option("--format", "form", type=click.Choice(["svg", "dot", "mermaid", "btlog", "btcpp"]), required=True)
+@click.option("--format", "form", type=click.Choice(FORMATS), default=None, help="[default: what -o ends in]")
+@click.option("--btcpp", "form", flag_value="btcpp", help="The same as --format btcpp.")
 @click.option("-o", "--out", type=FILE, default=None, help="A file, or a folder for btcpp. [default: stdout]")
 @click.option("--state", type=FILE, default=None, help="A record (tree.vNNN.json) whose state to tick the tree in.")
 @click.option("--plain", is_flag=True, help="No statuses, though a record stands beside FILE.")
 @click.option("--direction", type=click.Choice(["auto", "down", "right"]), default="auto", help="Of an SVG.")
 @click.option("--force", is_flag=True, help="btcpp: replace files of these names in the folder.")
 def export(
-    file: Path, form: str, out: Path | None, state: Path | None, plain: bool, direction: str, force: bool
+    file: Path, form: str | None, out: Path | None, state: Path | None, plain: bool, direction: str, force: bool
 ) -> int:
     """Write FILE (a tree, or a run's folder: its newest version) in a form that other programs read.
 
@@ -385,6 +387,9 @@ def export(
     """
     from llmbt_ir.versions import write_atomic
 
+    form = form or (out.suffix[1:] if out is not None else None)
+    if form not in FORMATS:
+        raise click.UsageError(f"give --format, or -o FILE that ends in one of .{', .'.join(FORMATS[:-1])}")
     if form == "btcpp":
         return _export_plugin(file, out, force)
     data = _exported(file, form, state, plain, direction)
