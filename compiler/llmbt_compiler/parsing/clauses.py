@@ -26,6 +26,9 @@ _RESTRICTING = (
 _STILL = frozenset({"left", "still", "there", "here", "now", "currently", "already", "next", "closest"})
 _FAILING = frozenset({"forget", "hesitate", "fail", "omit"})  # "don't forget to ..."
 _TOLD = frozenset({"that", "whether", "if", "you", "we", "i", "how", "it"})
+_WISHED = frozenset(
+    {"great", "nice", "good", "kind", "helpful", "wonderful", "lovely", "appreciate", "grateful", "glad"}
+)
 _NO_NAME = frozenset({"to", "do", "dont", "not", "any"})
 _MARKUP = frozenset("*`\"“”'‘’")
 _TRAIL = 6
@@ -70,6 +73,10 @@ class Phrase:
     after: tuple[Token, ...] = ()
     excluded: bool = False
     apposed: bool = False
+
+    def many_of(self, count: int) -> bool:
+        """Whether it says so many ("the two blocks")."""
+        return any(t.number == str(count) for t in self.parts[:2]) or (count == 2 and self.parts[0].text == "both")
 
     def about(self, list_name: str) -> bool:
         """Whether one of its words is in a function-word list."""
@@ -121,6 +128,9 @@ class _Text:
     def inside(self, start: int, end: int) -> tuple[Token, ...]:
         return tuple(t for t in self.all if start <= t.start and t.end <= end)
 
+    def words_between(self, start: int, end: int) -> list[str]:
+        return [t.text for t in self.inside(start, end)]
+
     def covered(self, t: Token) -> bool:
         if any(t in parts for parts in self.left_out.values()):
             return True
@@ -171,19 +181,33 @@ def clauses(step: LabelledStep) -> tuple[Clause, ...]:
     text, spans = _with_exceptions(_Text(step, spans, tokens(step.text)))
     out: list[Clause] = []
     begin = 0
-    for group, nxt in pairwise([*_grouped(spans), []]):
+    groups = _grouped(spans)
+    for i, (group, nxt) in enumerate(pairwise([*groups, []])):
         end = nxt[0].start if nxt else len(step.text)
         clause = _clause(text, group, begin, end)
         if out and (lexicon().is_(out[-1].action.casefold(), "negation", "unreal") or _reported(text, out[-1], group)):
             clause = replace(clause, negated=True)
+        if out and out[-1].conditional and text.words_between(begin, clause.extent.start) in ([",", "and"], ["and"]):
+            clause = replace(clause, conditional=True)  # "if it falls, stop and pick it up"
         if nxt and _is_heading(text, group, nxt):
             clause = replace(clause, heading=True)
-        if nxt and not clause.phrases and clause.action and _and(text, group[-1].end, nxt[0].start):
-            lent = tuple(_phrase(text, s) for s in nxt if s.label is Kind.TARGET)  # "pick and place object 5 on ..."
+        lender = _lender(text, groups[i:]) if not clause.phrases and clause.action else ()
+        if lender:
+            lent = tuple(_phrase(text, s) for s in lender if s.label is Kind.TARGET)  # "pick and place object 5 on ..."
             clause = replace(clause, groups=(Group(lent),) if lent else ())
         out.append(clause)
         begin = max((s.end for s in group), default=begin)
     return tuple(out)
+
+
+def _lender(text: _Text, groups: Sequence[Sequence[KeywordSpan]]) -> Sequence[KeywordSpan]:
+    """The keywords of the clause whose target an action without one shares: "grasp, lift and move object 3"."""
+    for group, nxt in pairwise(groups):
+        if not _and(text, group[-1].end, nxt[0].start):
+            return ()
+        if any(s.label is not Kind.ACTION for s in nxt):
+            return nxt
+    return ()
 
 
 def extents(found: Sequence[Clause], size: int) -> tuple[tuple[int, int], ...]:
@@ -290,7 +314,8 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
     tail = [t for t in text.all if action and action.end <= t.start and t.end <= end and not text.covered(t)]
     own = lead[1:] if begin and lead and lex.is_(lead[0].text, "conditional") else lead
     own = [*own, *tail] if end == len(text.step.text) else own
-    conditional = any(_conditional(a, b) for a, b in pairwise([*own, None])) or _in_case(lead)
+    wished = any(t.text in _WISHED for t in lead)
+    conditional = (any(_conditional(a, b) for a, b in pairwise([*own, None])) and not wished) or _in_case(lead)
     conditional &= not {"unless", "already"} <= {t.text for t in own}  # a goal that holds already costs nothing
     excepted = [i for i, t in enumerate(tail) if lex.is_(t.text, "except")]
     exception = tuple(tail[excepted[0] + 1 :]) if excepted else ()

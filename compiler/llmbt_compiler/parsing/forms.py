@@ -11,9 +11,10 @@ from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of
 from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
 
-__all__ = ["asked_for", "filled", "let_go", "listed", "place_of_its_own", "told_as_placing", "wanted_by"]
+__all__ = ["asked_for", "assured", "filled", "let_go", "listed", "place_of_its_own", "told_as_placing", "wanted_by"]
 
 _SHORT = 300
 _SURE = r"(?:(?:please\s+)?(?:make\s+sure|ensure|see\s+to\s+it)(?:\s+that)?\s+)?"
@@ -65,6 +66,8 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
     for pattern in (_GOES, _IS_GIVEN, _COLON):
         m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
         if m is None or _ROBOT.match(m["thing"]):
+            continue
+        if any(s.label is Kind.ACTION and m.start("thing") <= s.start < m.end("thing") for s in step.spans):
             continue
         if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
             continue
@@ -147,6 +150,38 @@ def place_of_its_own(step: LabelledStep, scene: Scene) -> LabelledStep:
     if m["its"] and not any(s.label is Kind.TARGET and s.end <= m.start() for s in spans):
         spans.append(KeywordSpan(*m.span("its"), Kind.TARGET, m["its"]))
     return replace(step, spans=tuple(sorted(spans, key=lambda s: s.start)), readings=())
+
+
+_ASSURED = re.compile(r"\b(?:make\s+sure|ensure|see\s+to\s+it)(?:\s+that)?\s+(?:the\s+)?[`'\"*]*$", re.IGNORECASE)
+_IS_DONE = re.compile(
+    r"[`'\"*]*\s+(?:is|are|gets?|be|will\s+be)\s+(?P<done>\w+ed|put|set|brought|laid)\b(?:\s+\w+ly)?"
+    r"(?P<to>\s+(?:back\s+)?(?:on|onto|to|into|in|inside|at)\s+(?:the\s+)?[`'\"*]*)?",
+    re.IGNORECASE,
+)
+
+
+def assured(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Ensure that parcel 18 is placed in A4", "make sure slot A2 gets emptied": what is to be done is an order."""
+    for thing in (s for s in step.spans if s.label is Kind.TARGET):
+        lead, m = _ASSURED.search(step.text[: thing.start]), _IS_DONE.match(step.text, thing.end)
+        if lead is None or m is None:
+            continue
+        verb = read_verb(m["done"].casefold(), (), scene.library)
+        shapes = {shape_of(t, scene.library) for t in verb.templates[:1]}
+        parts = tokens(step.text, m.end()) if m["to"] else ()
+        sizes = (n for n in range(min(len(parts), 6), 0, -1) if len(exactly_named(parts[:n], scene.places)) == 1)
+        size = next(sizes, 0)
+        if verb.corrected or not (shapes == {Shape.FREE} or (shapes == {Shape.PLACE} and size)):
+            continue
+        spans = [s for s in step.spans if not (lead.start() <= s.start < thing.start and s.label is Kind.ACTION)]
+        spans = [s for s in spans if s.end <= thing.end or s.start >= m.end("done")]
+        spans.append(KeywordSpan(*m.span("done"), Kind.ACTION, m["done"]))
+        if size and shapes == {Shape.PLACE}:
+            a, b = parts[0].start, parts[size - 1].end
+            spans = [s for s in spans if s.end <= a or b <= s.start]
+            spans.append(KeywordSpan(a, b, Kind.DESTINATION, step.text[a:b]))
+        return replace(step, spans=tuple(sorted(spans, key=lambda s: s.start)), readings=())
+    return step
 
 
 _FILLING = frozenset({"fill", "load", "stock", "occupy", "supply", "populate", "equip"})

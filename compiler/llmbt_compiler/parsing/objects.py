@@ -217,7 +217,7 @@ def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: 
             return Fault("E301", f"`{said}`: nothing is left", d.extent, "all have been dealt with")
         return _exactly(d, base, 1 if single else wanted, said)
     if wanted is not None and wanted > 1:
-        if len(base) > wanted and not d.definite and not d.both:
+        if len(base) > wanted and (not d.definite or d.partitive) and not d.both:
             return _some(base, wanted, said, talk)
         if len(base) > wanted and set(talk.targets) <= set(base) and len(talk.targets) == wanted:
             return Found(talk.targets)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 from llmbt_atl.template import Template
 from llmbt_compiler.parsing.acts import Acting
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ground import Open, Stop
 from llmbt_compiler.parsing.model import NoteKind
+from llmbt_compiler.parsing.names import Found
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
 from llmbt_compiler.parsing.words import lexicon, tokens
 from llmbt_ir.diagnostics import Severity
@@ -87,6 +90,8 @@ class Ordering(Acting):
             head, rest = rest[0], rest[1:]
         head = self.meant(clause, head)
         verb = read_verb(head, (*rest, *clause.particles), self.scene.library)
+        if verb.classes and all(self.shape(t) is Shape.OTHER for t in verb.templates):
+            verb = replace(verb, templates=())  # a skill that looks makes no goal
         if verb.corrected:
             self.note(NoteKind.CORRECTED, f"`{head}` is read as `{verb.lemma}`", clause.extent)
         return verb
@@ -195,6 +200,8 @@ class Ordering(Acting):
     def again(self, clause: Clause, things: Group) -> None:
         """ "Do the same for objects 2 and 4": as before, if the place before holds more than one thing."""
         targets = [p for p in things.phrases if not p.about("talk")]
+        if not targets and self.until(clause):
+            return
         to = tuple(p for p in targets if not self.quiet(p) and self.places_of(p))
         if to and self.last and len(to) < len(targets):  # "repeat it for object 2 on position 12"
             things = Group(tuple(p for p in targets if p not in to), to)
@@ -216,6 +223,30 @@ class Ordering(Acting):
             return
         self.note(NoteKind.INFERRED, f"{', '.join(fresh)}: also to {self.container}", clause.extent)
         self.put(clause, self.last, fresh, (self.container,))
+
+    def until(self, clause: Clause) -> bool:
+        """ "Repeat this until all green blocks are there": for those that are left. Another end to it is E305, where
+        something is left."""
+        words = tokens(self.now.text, clause.extent.end)
+        at = next((i for i, t in enumerate(words) if t.text in {"until", "till"}), None)
+        if at is None:
+            return False
+        said = tuple(takewhile(lambda t: t.text not in {"is", "are", "have", "has"}, words[at + 1 :]))
+        found = resolve_objects(said, self.scene, self.talk()) if said else None
+        left = [i for i in found.ids if i not in self.ledger.handled] if isinstance(found, Found) else []
+        if not left:
+            return False
+        self.use(*said)
+        there = any(t.text == "there" for t in words[at + 1 + len(said) :][:2])
+        if there and self.container is not None and self.last:
+            self.note(NoteKind.INFERRED, f"{', '.join(left)}: also to {self.container}", clause.extent)
+            self.put(clause, self.last, tuple(left), (self.container,))
+            return True
+        self.complain(
+            "E305", f"the same for {', '.join(left[:6])}, but where?", clause.extent, "no place is named",
+            "name the place of each",
+        )  # fmt: skip
+        return True
 
     def act(self, clause: Clause, verb: Verb, things: Group) -> None:
         """A verb with a template: each group of its phrases fills one condition or more."""

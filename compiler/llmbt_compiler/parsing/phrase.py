@@ -38,6 +38,7 @@ class Description:
     rank: str = ""
     size: str = ""
     pronoun: str = ""
+    partitive: bool = False  # "two of the blocks"
     anaphoric: bool = False  # "one" or "ones" in the place of a noun
 
     @property
@@ -111,11 +112,11 @@ def split_exception(parts: Sequence[Token]) -> tuple[tuple[Token, ...], tuple[To
 def conjuncts(parts: Sequence[Token]) -> tuple[tuple[Token, ...], ...]:
     """The phrases that "and" or commas join; a list of numbers stays with its noun ("objects 1, 2 and 4")."""
     out: list[list[Token]] = [[]]
-    for t in parts:
+    for i, t in enumerate(parts):
         joint = t.text in {",", "&", "+", ";", "/"} or lexicon().is_(t.text, "joints")
         if not joint:
             out[-1].append(t)
-        elif out[-1]:
+        elif out[-1] and not (t.text == "," and _adjectives(out[-1], parts[i + 1 :])):
             out.append([])
     merged: list[list[Token]] = []
     for group in (g for g in out if g):
@@ -125,6 +126,15 @@ def conjuncts(parts: Sequence[Token]) -> tuple[tuple[Token, ...], ...]:
         else:
             merged.append(group)
     return tuple(tuple(g) for g in merged)
+
+
+def _adjectives(before: Sequence[Token], after: Sequence[Token]) -> bool:
+    """Whether a comma parts adjectives of one noun, the first of size or shape: "the shorter, blue cylinder"."""
+    lex = lexicon()
+    first = {t.text for t in before if t.word and t.text != "all" and not lex.is_(t.text, "articles")}
+    then = {t.text for t in after}
+    ordering = lex.sizes.keys() | lex.shapes.keys()
+    return first <= ordering and then.isdisjoint(lex.sizes) and not any(lex.is_(w, "joints", "articles") for w in then)
 
 
 @dataclass
@@ -193,6 +203,7 @@ class _Reader:
         elif self.noun or self.marked or self.numbers or self.ranges:
             self.numbers.append(value)
         elif content or counted or t.word:
+            self.flags["partitive"] = [p.text for p in self.parts[i + 1 : i + 2]] == ["of"]
             self.flags["count"] = int(value) if value.isascii() and value.isdigit() and len(value) < 10 else 10**9
         else:
             self.numbers.append(value)

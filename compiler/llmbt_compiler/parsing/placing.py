@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -26,6 +27,10 @@ from llmbt_ir.diagnostics import Diagnostic
 __all__ = ["Placing", "extent_of", "goal_pattern"]
 
 
+_CAME_FROM = re.compile(
+    r"\s*(?:back\s+)?(?:to\s+)?where\s+(?:it|they)\s+(?:was|were|(?P<came>came)|stood|had\s+been|has\s+been|have\s+been)\b",
+    re.IGNORECASE,
+)
 _ARROWS = frozenset({"->", "=>", "→", "⇒", "to"})
 _SIDE = frozenset({"the", "far", "very", "left", "right", "front", "back", "side", "end", "hand", "most"})
 
@@ -75,6 +80,10 @@ class Placing(Grounding):
         if not destinations and placed_on and not self.all_there(targets, placed_on[-1]):
             destinations.append(placed_on[-1])
             locations.remove(placed_on[-1])
+        slots = bool(targets) and all(not self.quiet(p) and self.places_of(p) for p in targets)
+        if self.ledger.pending and slots and not destinations:  # "take object 4. put position 33."
+            targets, destinations = (), list(targets)
+            group = replace(group, targets=())
         missed = self.missed(clause)
         if missed is not None and not destinations:
             destinations = [missed]
@@ -150,6 +159,12 @@ class Placing(Grounding):
             if not self.scene.single(place):  # "the milk to the user, then the cookies"
                 self.note(NoteKind.INFERRED, f"{', '.join(ids)}: also to {place}", clause.extent)
                 return (place,)
+        if "aside" in clause.particles:
+            slots = [s for t in self.placing() if (s := t.param(Role.DESTINATION)) is not None]
+            aside = next((b for s in slots if (b := self.scene.buffer(s.type)) is not None), None)
+            if aside is not None:
+                self.note(NoteKind.CHOSEN, f"aside is {aside}", clause.extent)
+                return (aside,)
         standing = [self.ledger.of(i) for i in ids]
         down = not {"aside", "away", "off", "out"}.intersection(clause.particles)
         if ids and down and all(standing) and not set(ids) & set(self.ledger.pending):  # "carry it to A, set it down"
@@ -183,6 +198,10 @@ class Placing(Grounding):
         end = max((p.extent.end for p in clause.phrases), default=clause.extent.end)
         after = tokens(self.now.text, end)[:5]
         texts = [t.text for t in after]
+        m = _CAME_FROM.match(self.now.text, end)
+        own = [p for p in clause.phrases if p.kind is Kind.TARGET and not lexicon().is_(p.parts[0].text, "pronouns")]
+        if m is not None and (m["came"] or not own):  # "place the green cube where it was": another's place
+            return True
         return texts[:1] == ["to"] and any(lexicon().is_(t, "back_to") for t in texts)
 
     def beginning(self, clause: Clause) -> str | None:
@@ -333,6 +352,9 @@ class Placing(Grounding):
                 continue
             talk = replace(self.talk(), targets=(), pending=())
             found = self.narrowed(p, talk, (here,) if here is not None else (), False)
+            if isinstance(found, Fault) and len(phrases) == 1 and p.many_of(2):  # "swap the two blocks", just put down
+                placed = tuple(i for i in found.candidates if i in self.ledger.handled)
+                found = Found(placed) if len(placed) == 2 else found
             if isinstance(found, Fault) and not on:
                 raise self.fault(found)
             ids.extend(on if isinstance(found, Fault) else found.ids)

@@ -10,7 +10,16 @@ from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.beside import mentions
-from llmbt_compiler.parsing.forms import asked_for, filled, let_go, listed, place_of_its_own, told_as_placing, wanted_by
+from llmbt_compiler.parsing.forms import (
+    asked_for,
+    assured,
+    filled,
+    let_go,
+    listed,
+    place_of_its_own,
+    told_as_placing,
+    wanted_by,
+)
 from llmbt_compiler.parsing.headings import from_to, in_turn, named_by_heading
 from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.names import exactly_named
@@ -37,7 +46,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     told = listed(step, scene) or told_as_placing(step)
     if told is not step:
         return told
-    step = let_go(place_of_its_own(filled(wanted_by(asked_for(step, scene), scene), scene), scene))
+    step = let_go(place_of_its_own(filled(assured(wanted_by(asked_for(step, scene), scene), scene), scene), scene))
     return _whole_names(_nouns_for_verbs(step, scene), scene) if scene.snap else step
 
 

@@ -47,8 +47,10 @@ class Verb:
 
 def shape_of(template: Template, library: Library) -> Shape:
     """TRAVEL has no target; PLACE brings its target to a destination, FREE puts it aside; PICK takes a target into the
-    hand, which is what a PLACE needs of it; CHANGE does something else to it.
+    hand, which is what a PLACE needs of it; CHANGE does something else to it. One that only looks is OTHER.
     """
+    if template.senses:
+        return Shape.OTHER
     target = template.param(Role.TARGET)
     destination, location = template.param(Role.DESTINATION), template.param(Role.LOCATION)
     goals = [p for p in template.post if library.conditions[p.name].goal]
