@@ -100,6 +100,8 @@ def in_passing(
     marks = any(t.text in _MARKS or lex.is_(t.text, "joints") for t in before)
     after = takewhile(lambda t: t.text not in _MARKS, (t for t in parts if t.start > first.start))
     told = any(lex.is_(t.text, "stative") for t in after) if not ends else False
+    if [t.text for t in before[:2]] == ["back", "with"]:  # "come back with the milk"
+        return False
     by = next((t.text for t in reversed(before) if not lex.is_(t.text, "articles")), "")
     if by in _PASSING:
         return True

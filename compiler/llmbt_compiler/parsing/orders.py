@@ -25,6 +25,7 @@ _IS = re.compile(
     r"|(?:stays?|remains?)(?:\s+where)?|(?:should|must|may|is|are|need|does|do)\s*(?:not|n['’]t))\b",
     re.IGNORECASE,
 )
+_LEAVES = re.compile(r"\s+(?:\w+\s+){0,2}?(?:leaves?|exits?)\s+(?!on\b|at\b|in\b)", re.IGNORECASE)
 _ARE = re.compile(r"\s+(?:is|are)\s+(?:the\s+)?(?=\w+\s+\d|\w+_\d)", re.IGNORECASE)
 
 
@@ -64,8 +65,12 @@ class Ordering(Acting):
             self.moves(clause, things)
         elif verb.is_("exchange"):
             self.exchange(clause, things)
-        elif verb.is_("leaving") and things.targets and not things.destinations and self.stays(things):
+        elif verb.is_("leaving") and things.targets and not things.destinations and self.stays(clause, things):
             self.left_out(clause, "changes no goal")
+        elif verb.lemma == "leave" and any(
+            not p.preposition and p.extent.start > clause.extent.end for p in (*things.destinations, *things.locations)
+        ):
+            self.unknown_action(clause, verb)  # "parcel 21 should leave slot B3"
         elif verb.templates:
             self.act(clause, verb, things)
         else:
@@ -76,10 +81,11 @@ class Ordering(Acting):
         after = [t.text for t in tokens(self.now.text, clause.extent.end)][:3]
         return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 2 if after[0] in {"a", "an"} else 1])
 
-    def stays(self, things: Group) -> bool:
+    def stays(self, clause: Clause, things: Group) -> bool:
         """ "Leave object 6 where it is", or what is not in the hand."""
         ids = [i for p in things.targets for i in self.quiet(p)]
-        apart = bool(ids) and not set(ids) & (set(self.ledger.pending) | self.ledger.handled)
+        apart = bool(ids) and not things.locations and not set(ids) & (set(self.ledger.pending) | self.ledger.handled)
+        apart = apart and self.missed(clause) is None
         return apart or any(_STAYS.match(self.now.text, p.extent.end) for p in things.targets)
 
     def verb(self, clause: Clause) -> Verb:
@@ -125,6 +131,9 @@ class Ordering(Acting):
         if told:
             self.mention(Group(things.targets))
             self.left_out(clause, "is said to be so; nothing is to be done")
+            return
+        if ends and _LEAVES.match(self.now.text, ends[0]):
+            self.unknown_action(clause, read_verb("leave", (), self.scene.library))
             return
         templates = self.last or tuple(sorted(self.placing(), key=lambda t: "_" in t.name))
         if things.targets and not things.destinations and self.likewise():
