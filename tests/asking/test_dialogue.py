@@ -191,6 +191,7 @@ def test_a_reply_that_guesses_is_asked_about():
         ("Put the green blocks on level 1.", "1. Place object 1, object 2 and object 4 on level 1."),
         ("Put a green block on position 21.", "1. Place object 1 on position 21."),
         ("Put one of the green blocks on position 21.", "1. Place object 1 on position 21."),
+        ("Put the green block on position 21. Which is left to your discretion.", "1. Place object 1 on position 21."),
         ("Put the green block 4 on position 21.", "1. Place object 4 on position 21."),
         ("Put the green block (object 4) on position 21.", "1. Place object 4 on position 21."),
         ("Put the frontmost green block on position 21.", "1. Place object 4 on position 21."),

@@ -6,6 +6,7 @@ which the goals take one; a name with a number that the map does not have; a col
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -33,6 +34,13 @@ _LEAVING = frozenset({
     "still", "than", "rather", "like", "clear", "free", "stands", "temporarily", "via", "through",
 })  # fmt: skip
 _MOVING = frozenset({"move", "put", "place", "shift"})
+_LEFT_OPEN = re.compile(
+    r"\b(?:your (?:own )?(?:discretion|choice|choosing)|up to you|you (?:may |can )?(?:choose|pick|decide)"
+    r"|no (?:particular |special )?preference|whichever|no matter (?:which|what)"
+    r"|(?:does not|doesn['’]?t) matter which)\b",
+    re.IGNORECASE,
+)
+"""Says that any of them will do."""
 _SMALL = frozenset({"please", "pls", "plz", "could", "can", "would", "you", "robot", "now", "just", "hey", "hi", "and"})
 _SHORT = 12
 _TURNING = ("negation", "except", "instead", "conditional")
@@ -161,7 +169,7 @@ def _points(
         if i in phrases:
             fits = phrases[i].ids
             taken = (moved & set(fits)) or (said & set(fits))
-            if len(fits) > 1 and len(taken) == 1 and not spoken_of & set(fits):
+            if len(fits) > 1 and len(taken) == 1 and not spoken_of & set(fits) and not _LEFT_OPEN.search(request):
                 (one,) = taken
                 told = _several(words[i : phrases[i].end], request, fits, one)
                 yield OpenPoint(told, one if one in moved else None)
