@@ -51,7 +51,15 @@ def case(*goals: frozenset[Condition], ask: bool = False) -> Case:
     ],
 )
 def test_a_result_is_judged(marked: str, meant: Case, verdict: Verdict, cargo: tuple[SemanticMap, Library]) -> None:
-    assert judge(meant, parse(steps(marked), *cargo)) is verdict
+    assert judge(meant, parse(steps(marked), *cargo), cargo[0]) is verdict
+
+
+def test_a_place_may_stand_for_those_in_it(cargo: tuple[SemanticMap, Library]) -> None:
+    result = parse(steps("A[Place] T[object 1] on D[position 12]."), *cargo)
+    level, other = (frozenset({Condition("On", ("object_1", f"shelf_level_{n}"))}) for n in (1, 2))
+    assert judge(Case("cargo", ("x",), (level,), within=True), result, cargo[0]) is Verdict.RIGHT
+    assert judge(Case("cargo", ("x",), (level,)), result, cargo[0]) is Verdict.WRONG
+    assert judge(Case("cargo", ("x",), (other,), within=True), result, cargo[0]) is Verdict.WRONG
 
 
 def test_the_interval_is_wilsons() -> None:

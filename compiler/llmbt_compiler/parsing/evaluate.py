@@ -61,13 +61,17 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """Steps over a map, and the sets of goals that are right: an empty one where nothing is to be done, or asked."""
+    """Steps over a map, and the sets of goals that are right: an empty one where nothing is to be done, or asked.
+
+    `within`: a place stands for any of the places in it.
+    """
 
     map: str
     steps: tuple[str, ...]
     goals: tuple[frozenset[Condition], ...]
     ask: bool = False
     phenomenon: str = ""
+    within: bool = False
 
     @property
     def intent(self) -> Intent:
@@ -147,7 +151,7 @@ def wilson(k: int, n: int, z: float = 1.96) -> tuple[float, float]:
 
 
 def read_cases(path: Path) -> tuple[Case, ...]:
-    """JSON lines ``{"map", "steps", "goals", "or"?, "ask"?, "phenomenon"?}``. Raises CaseError, OSError."""
+    """JSON lines ``{"map", "steps", "goals", "or"?, "ask"?, "phenomenon"?, "within"?}``. Raises CaseError, OSError."""
     out: list[Case] = []
     for number, line in enumerate(path.read_text("utf-8").splitlines(), start=1):
         if not line.strip():
@@ -167,7 +171,7 @@ def _case(record: Any) -> Case:
     ask = bool(record.get("ask", False))
     if ask and any(sets):
         raise ValueError("a case that asks has no goals")
-    return Case(str(record["map"]), steps, sets, ask, str(record.get("phenomenon", "")))
+    return Case(str(record["map"]), steps, sets, ask, str(record.get("phenomenon", "")), bool(record.get("within")))
 
 
 def _conditions(texts: Sequence[str]) -> frozenset[Condition]:
@@ -196,15 +200,27 @@ def _check(cases: Iterable[Case], scenes: Mapping[str, tuple[SemanticMap, Librar
                 raise CaseError(f"case {i}: {c} is no condition over the map `{case.map}`")
 
 
-def judge(case: Case, result: ParseResult, *, crowded: bool = False) -> Verdict:
+def judge(case: Case, result: ParseResult, semantic_map: SemanticMap, *, crowded: bool = False) -> Verdict:
     """What a result is worth. E340 (nothing to be done) is the answer to a case that asks for nothing.
 
     `crowded`: two things are to stand on one slot, which the compiler proves impossible after the parser.
     """
     if result.ok and not crowded:
-        return Verdict.RIGHT if not case.ask and frozenset(result.conditions) in case.goals else Verdict.WRONG
+        found = frozenset(result.conditions)
+        meant = found in case.goals or (case.within and any(_within(found, g, semantic_map) for g in case.goals))
+        return Verdict.RIGHT if not case.ask and meant else Verdict.WRONG
     nothing = {d.code for d in result.errors()} == {"E340"}
     return Verdict.RIGHT if case.ask or (nothing and case.intent is Intent.NOTHING) else Verdict.REFUSED
+
+
+def _within(found: frozenset[Condition], wanted: frozenset[Condition], semantic_map: SemanticMap) -> bool:
+    """Whether each goal is wanted, or puts the same thing on a place in the wanted one, and none is missing."""
+
+    def meets(goal: Condition, other: Condition) -> bool:
+        alike = goal.name == other.name == "On" and goal.negated == other.negated and goal.args[0] == other.args[0]
+        return goal == other or (alike and other.args[1] in semantic_map.containers(goal.args[1]))
+
+    return all(any(meets(g, w) for w in wanted) for g in found) and all(any(meets(g, w) for g in found) for w in wanted)
 
 
 def _crowded(result: ParseResult, scene: Scene) -> bool:
@@ -230,7 +246,8 @@ def evaluate_conditions(
     for case in cases:
         steps = [LabelledStep.of(i, next(tagged)) for i in range(1, len(case.steps) + 1)]
         result = parse(steps, *scenes[case.map], threshold=threshold, snap=snap)
-        verdict = judge(case, result, crowded=_crowded(result, Scene(*scenes[case.map])))
+        semantic_map = scenes[case.map][0]
+        verdict = judge(case, result, semantic_map, crowded=_crowded(result, Scene(*scenes[case.map])))
         outcomes.append(Outcome(case, verdict, result))
         counts[case.intent][verdict] += 1
         by_phenomenon.setdefault(case.phenomenon, Counter())[verdict] += 1
