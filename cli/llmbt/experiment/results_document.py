@@ -14,6 +14,7 @@ from llmbt import __version__
 from llmbt.experiment.ledger import read_plan, read_trials
 from llmbt.experiment.results import results_of
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
+from llmbt_runtime.baselines import EXECUTORS
 
 __all__ = ["results_document"]
 
@@ -66,7 +67,11 @@ def _title(header: Mapping[str, Any]) -> str:
 
 def _plan(header: Mapping[str, Any], lines: list[Mapping[str, Any]]) -> Iterator[str]:
     n, planned = len(lines), int(header["n"])
-    done = f"{n} trials" if n == planned else f"{n} of the {planned} trials planned (the others were not run)"
+    done = (
+        f"{n} trials"
+        if n == planned
+        else f"{n} of the {planned} trials planned, in the plan's order (the others were not run)"
+    )
     yield f"`{_command(header)}`: {done}."
 
 
@@ -80,6 +85,7 @@ def _command(header: Mapping[str, Any]) -> str:
     else:
         world = "both" if len(header["worlds"]) > 1 else header["worlds"][0]
         words += [f"baselines {header['experiment']}", f"--world {world}", f"--attacks {header['attacks']}"]
+        words += [f"--method {m}" for m in header["methods"]] if len(header["methods"]) < len(EXECUTORS) else []
     if header["trials"] is not None:
         words.append(f"--trials {header['trials']}")
     return " ".join([*words, f"--seed {header['seed']}", "-o DIR"])

@@ -81,6 +81,8 @@ class Hand:
     # ------------------------------------------------------------------ taking
 
     def grasp(self, target: str) -> Grasp:
+        if target not in self.bench.sensed.states:  # it was taken away; who follows a list does not look
+            raise SkillError("not_there", target)
         self._mirror()
         verdict = self.approach.grasp(target)
         if verdict.grasp is None:
