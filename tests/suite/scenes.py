@@ -49,7 +49,7 @@ def tree_of(text: str) -> Tree:
 
 
 def minimal(name: str) -> Tree:
-    """The tree that a person wrote in `minimal/<name>.txt`."""
+    """The tree that is written out in `minimal/<name>.txt`."""
     return tree_of((HERE / f"{name}.txt").read_text(encoding="utf-8"))
 
 

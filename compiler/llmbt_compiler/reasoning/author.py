@@ -1,4 +1,4 @@
-"""Recordings made from replies that a person wrote, for people (and machines) without access to a model.
+"""Recordings made from replies that somebody wrote, for people (and machines) without access to a model.
 
 The openai SDK asks, vcrpy records, and a transport inside the process answers with the written reply in the
 shape of a chat completion: no socket is opened. What comes out says `authored` and names no model.

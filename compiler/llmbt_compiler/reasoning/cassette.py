@@ -90,7 +90,7 @@ class Provenance:
 
     @property
     def authored(self) -> bool:
-        """Whether a person wrote the replies."""
+        """Whether the replies were composed, not said by a model that was asked."""
         return self.provenance == AUTHORED
 
     def words(self) -> str:
