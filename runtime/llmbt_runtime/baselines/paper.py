@@ -62,10 +62,9 @@ def failed_node(tree: Tree, record: TickRecord) -> str | None:
 
 def achievers(condition: Condition, domain: Domain, facts: Facts) -> tuple[GroundAction, ...]:
     """Of each template, in the library's order, the instance with the condition in its Post that is nearest to
-    being possible. Templates that look for what nobody can see are none of the paper's, whose robot knows where things
-    are."""
+    being possible."""
     found = []
-    for name in (n for n, t in domain.library.templates.items() if not t.senses):
+    for name in domain.library.templates:
         matching = [a for a in domain.achievers(condition) if a.call.name == name]
         if matching:
             found.append(min(matching, key=lambda a: sum(not holds(c, facts) for c in a.pre)))
@@ -91,7 +90,7 @@ def expand(
         gamma.append(branch.id)
     top = Node(node_id(failed, *chain), Kind.FALLBACK, (head.id, *gamma))
     pre = tuple(dict.fromkeys(c for a in matching for c in a.pre))
-    last = [t for t in domain.library.templates.values() if not t.senses][-1]
+    last = list(domain.library.templates.values())[-1]
     return Expanded(Tree(top.id, {n.id: n for n in (top, *nodes)}), pre, frozenset(p.name for p in last.pre))
 
 
