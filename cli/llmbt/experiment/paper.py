@@ -232,7 +232,10 @@ def _unclear(experiment: Experiment, lines: Sequence[Line], given: str) -> Table
             "acted all the same",
         ),
         tuple(rows),
-        ("Where the reply asks, the author of the case wrote the question; only the other columns say something of this program.",),
+        (
+            "Where the reply asks, the author of the case wrote the question; only the other columns say something of "
+            "this program.",
+        ),
     )  # fmt: skip
 
 
