@@ -135,7 +135,7 @@ def _mentioned(text: str, scene: Scene) -> tuple[str, ...]:
     if asked is not None and words[asked].text == "where":
         return tuple(places) or (_destinations(scene) if not objects or first is not None else tuple(objects))
     noun = _asked_noun(words, asked, scene) if asked is not None else ""
-    wanted = {"object": objects, "place": places}.get(noun) or _more(objects, places, first)
+    wanted = {"object": objects, "place": places}[noun] if noun else _more(objects, places, first)
     fits = _fitting(words[asked + 1 :], scene) if asked is not None else ()
     among = tuple(i for i in wanted if i in fits)
     if len(among) > 1:
