@@ -133,7 +133,7 @@ HOSTILE = {
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_replies(name):
     reply, code = HOSTILE[name]
-    began = time.perf_counter()
+    began = time.process_time()
     try:
         result = filter_steps(reply)
         got = None
@@ -142,7 +142,7 @@ def test_hostile_replies(name):
     except LlmbtError as error:
         got = error.diagnostics[0].code
         assert error.diagnostics[0].help
-    assert time.perf_counter() - began < 2.0
+    assert time.process_time() - began < 2.0
     if code is not None:
         assert got == code
 
