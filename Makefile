@@ -60,7 +60,7 @@ lint: .venv/.tested .venv/.linted ## ruff, mypy --strict, import-linter
 	@touch $@
 
 .venv/.experiments: .venv/.tested
-	@$(PIP) install -c constraints.txt -e '.[cluster,plots]'
+	@$(PIP) install -c constraints.txt -e '.[cluster,plots,video]'
 	@touch $@
 
 bench: .venv/.planners ## the figures of docs/benchmarks.md, other planners and engines beside ours
