@@ -172,28 +172,30 @@ class _Walker(Ordering):
             return
         before = (self.ledger.acts, self.targets, self.place)
         earlier = len(self.diagnostics)
+        asks = False
         for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
             self.idle = False
             try:
                 for part in related(self, clause, start, end):
                     self.clause(part)
             except Stop:
+                asks = True
                 continue
+            asks = asks or not self.idle
             if self.idle and not self.orders_within(step.text, start, end):
                 self.used.append(Extent(start, end))
-        checks = bool(found) and all(c.action and self.only_checks(c.action) for c in found)
         spans = [d.span for d in self.diagnostics[earlier:] if d.span is not None]
         faulty = [Extent(s.column - 1, s.end_column - 1) for s in spans]
         for fault in lacking(step, self.scene, faulty):
             self.fault(fault)
-        for extent in () if checks else unread(step, self.scene, self.used):
+        for extent in unread(step, self.scene, self.used):
             if self.stands_at(step, extent):
                 continue
             words = extent.cut(step.text)
             self.complain(
                 "E314", f"`{words}` is named, and what for is not understood", extent, "", "say it in a step of its own"
             )
-        for extent in () if checks else restrictions(step):
+        for extent in restrictions(step) if asks else ():
             title = f"`{extent.cut(step.text)}` restricts what may be done, which goals cannot say"
             self.complain("E314", title, extent, "", "say which thing is to go where")
         if before != (self.ledger.acts, self.targets, self.place):
@@ -207,11 +209,6 @@ class _Walker(Ordering):
             return False
         there = {self.ledger.where.get(i) for i in mentioned_in(step.text[: extent.start], self.scene)}
         return len(found.ids) == 1 and any(self.scene.within(p, found.ids[0]) for p in there)
-
-    def only_checks(self, action: str) -> bool:
-        """Whether a verb changes nothing ("check that ... stand on level 1"): what it names is not asked for."""
-        verb = read_verb(next(iter(action.split()), "?"), (), self.scene.library)
-        return verb.is_("idle") and not verb.templates
 
     def names_both(self, step: LabelledStep) -> bool:
         """Whether a step without keywords names a thing and a place by their numbers."""
