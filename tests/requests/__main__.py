@@ -53,10 +53,11 @@ def main() -> int:
 
 
 def parts(blind: Path | None = None) -> dict[str, tuple[Case, ...]]:
-    """The requests to decide: those of a file alone, or the open ones and, where they are there, the blind ones."""
+    """The requests to decide: those of a file alone, or the open ones and those that were blind until they were
+    counted."""
     if blind is not None:
         return {"blind": read_blind(blind)}
-    return {"open": read_open(), **({"blind": read_blind(BLIND)} if BLIND.exists() else {})}
+    return {"open": read_open(), **({"once blind": read_blind(BLIND)} if BLIND.exists() else {})}
 
 
 def decided(cases: Sequence[Case]) -> list[Judged]:
@@ -85,8 +86,6 @@ def tell(judged: Judged) -> None:
 def table(judged: dict[str, list[Judged]]) -> str:
     """Markdown: a row for each part and kind."""
     rows = ["| part | kind | requests | right | wrong |", "|---|---|---|---|---|"]
-    if len(judged) > 1:
-        judged = {**judged, "both": [j for found in judged.values() for j in found]}
     for part, found in judged.items():
         for kind in (*KINDS, "all"):
             of_kind = [j for j in found if kind in (j.case.kind, "all")]
