@@ -17,7 +17,7 @@ from llmbt_compiler.recognition.recognise import STAGES, recognise
 from llmbt_ir.capture import Capture, Gripper, PointCloud
 from llmbt_ir.diagnostics import LlmbtError
 from llmbt_ir.geometry import Pose, quat_from_yaw
-from llmbt_ir.scene import Scene, load_scene, scene_names, to_semantic_map
+from llmbt_ir.scene import Camera, Scene, load_scene, scene_names, to_semantic_map
 from llmbt_ir.semantic_map import SemanticMap, parse_map, write_map
 from llmbt_runtime.bullet.camera import DepthCameras, Snapshot
 from llmbt_runtime.perception.rgbd import cloud_of, noisy, project
@@ -193,13 +193,25 @@ def test_what_the_gripper_holds() -> None:
     assert math.dist(thing.pose.xyz_m, held.xyz_m) < 0.006
 
 
+DOWN = Camera("down", (0.16, 0.5, 1.5), (0.16, 0.5, 0.4), 45.0)
+"""As over a bench: straight down."""
+
+
+def test_a_camera_may_look_straight_down() -> None:
+    """Beside one that sees sides as well."""
+    scene = load_scene("cargo_sorting")
+    scene = replace(scene, cameras=(scene.cameras[1], DOWN))
+    found = recognise(seen(scene, start(scene)), scene)
+    assert max(off_m(found, start(scene)).values()) < 0.004 and len(found.objects) == 6
+
+
 def test_points_lie_where_things_are() -> None:
     """A pixel's ray goes through its middle: the table is at its height and blocks are at their sides, to 0.1 mm."""
     scene = load_scene("cargo_sorting")
     cameras = DepthCameras(scene)
     snapshot = Snapshot(REST, start(scene))
     try:
-        for camera in scene.cameras:
+        for camera in (*scene.cameras, DOWN, replace(DOWN, target_m=(0.161, 0.5, 0.4))):
             image = cameras.look(snapshot, camera)
             cloud = cloud_of(image)
             z = cloud.xyz_m[:, 2]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["scene"]
 
-FOUND = ("E020", "E021", "E022", "E036", *(f"E04{i}" for i in range(1, 10)))
+FOUND = ("E020", "E021", "E022", "E036", "E039", *(f"E04{i}" for i in range(1, 10)))
 """What `check` finds; that a file cannot be read, or is no scene, is bad input here as everywhere."""
 
 

@@ -74,7 +74,7 @@ class _Shadow:
     def image(self, camera: Camera, width: int, height: int) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
         """Colours (height x width x 3) and what Bullet keeps of the depth (height x width, in [0, 1])."""
         client = self.client
-        view = client.computeViewMatrix(camera.eye_m, camera.target_m, (0, 0, 1))
+        view = client.computeViewMatrix(camera.eye_m, camera.target_m, camera.up_m)
         projection = list(client.computeProjectionMatrixFOV(camera.fov_deg, width / height, _NEAR_M, _FAR_M))
         # the renderer samples a pixel at its lower left corner: half a pixel aside, it is at the centre
         projection[8] += 1 / width
