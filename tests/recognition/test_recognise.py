@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from llmbt_compiler.recognition.doubts import doubts
 from llmbt_compiler.recognition.files import read_capture, write_capture
 from llmbt_compiler.recognition.recognise import STAGES, recognise
 from llmbt_ir.capture import Capture, Gripper, PointCloud
@@ -271,6 +272,36 @@ def test_what_is_no_cloud(tmp_path: Path, name: str, content: str | None, code: 
     with pytest.raises(LlmbtError) as fault:
         read_capture((tmp_path / name,))
     assert fault.value.diagnostics[0].code == code
+
+
+def test_one_point_is_no_way_apart_from_others() -> None:
+    one = Capture(PointCloud(np.array([[0.3, 0.3, 0.4]]), np.full((1, 3), 0.5)))
+    assert [(d.code, d.title) for d in doubts(one, load_scene("cargo_sorting"))] == [("W454", "it has one point there")]
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".pcd"])
+@pytest.mark.parametrize("ascii_", [False, True])
+def test_a_torn_cloud_is_none(tmp_path: Path, suffix: str, ascii_: bool) -> None:
+    """As a copy that was broken off leaves it: its reader would fill up what is missing."""
+    from llmbt_compiler.recognition.open3d import open3d
+
+    o3d = open3d()
+    whole = o3d.t.geometry.PointCloud(o3d.core.Tensor(cargo().cloud.xyz_m[:500].astype(np.float32)))
+    whole.point.colors = o3d.core.Tensor(np.round(cargo().cloud.rgb[:500] * 255).astype(np.uint8))
+    path = tmp_path / f"whole{suffix}"
+    o3d.t.io.write_point_cloud(str(path), whole, write_ascii=ascii_)
+    assert len(read_capture((path,)).cloud) == 500
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(LlmbtError, match=r"promises 500 points, and it holds 4\d\d") as fault:
+        read_capture((path,))
+    assert fault.value.diagnostics[0].code == "E451"
+
+
+def test_coordinates_that_nothing_has(tmp_path: Path) -> None:
+    head = "ply\nformat ascii 1.0\nelement vertex 2\n" + "".join(f"property float {a}\n" for a in "xyz")
+    (tmp_path / "far.ply").write_text(head + "end_header\n0.1 0.2 0.3\n0.1 nan 4.6e32\n")
+    with pytest.raises(LlmbtError, match="beyond 1e\\+07"):
+        read_capture((tmp_path / "far.ply",))
 
 
 @pytest.mark.parametrize("content", ["", "[]", '{"clouds": ["../x.ply"]}', '{"clouds": []}'])
