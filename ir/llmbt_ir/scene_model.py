@@ -198,6 +198,11 @@ class Scene:
         """How many places contain it."""
         return sum(1 for _ in self.with_containers(place)) - 1
 
+    def precedence(self, place: ScenePlace) -> tuple[float, bool, float, str]:
+        """The order in which places are asked whether something is on them: the innermost first, a slot before what
+        takes many, the smaller surface before the larger."""
+        return -self.depth(place.id), not place.is_slot, place.size_m[0] * place.size_m[1], place.id
+
     def most_specific(self, x_m: float, y_m: float, bottom_m: float) -> str | None:
         """The innermost place that a body stands on, given its centre from above and the height of its bottom."""
         found = [
@@ -205,4 +210,4 @@ class Scene:
             for p in self.places
             if p.surface_m is not None and p.covers(x_m, y_m) and abs(bottom_m - p.surface_m[2]) <= SUPPORT_TOLERANCE_M
         ]
-        return max(found, key=lambda p: self.depth(p.id)).id if found else None
+        return min(found, key=self.precedence).id if found else None
