@@ -136,14 +136,18 @@ def _findings(name: str) -> Iterator[Diagnostic]:
 
     try:
         found = load_scene(name)
-        domain_of(load_library(found.library, beside=Path(found.source).parent), to_semantic_map(found))
+        library = load_library(found.library, beside=Path(found.source).parent)
+        domain = domain_of(library, to_semantic_map(found))
     except LlmbtError as fault:
         if any(d.code not in FOUND for d in fault.diagnostics):
             raise
         yield from fault.diagnostics
         return
+    from llmbt_ir.scene_hints import hints
     from llmbt_runtime.bullet.checking import findings
+    from llmbt_runtime.disturbance import drives
 
+    yield from hints(found, library.types, drives=drives(domain))
     yield from findings(found)
 
 
