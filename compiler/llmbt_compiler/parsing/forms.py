@@ -38,6 +38,7 @@ _PART = re.compile(r"(?:^|,|&|\band\b)\s*(?P<name>(?:(?!,|&|\band\b).)+?)\s*(?=,
 _LEAD = re.compile(
     r"^\W*(?:(?:as|since|because)\s[^,;:.]{2,80}|[^,;:.]{2,40}\sbeing\s[^,;:.]{2,40}),\s*(?=\S)", re.IGNORECASE
 )
+_TITLE = re.compile(r"^\W*(?P<title>[^,;:.]{3,60}):\s*(?=\S)")
 _ROBOT = re.compile(r"(?:the )?(?:robot|arm|gripper|hand|manipulator|you|we)\b", re.IGNORECASE)
 
 
@@ -62,12 +63,13 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
     if len(text) > _SHORT:
         return step
     taken = {s.label for s in step.spans}
-    lead = _LEAD.match(text)
+    lead = _LEAD.match(text) or _titled(step)
     for pattern in (_GOES, _IS_GIVEN, _COLON):
         m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
         if m is None or _ROBOT.match(m["thing"]):
             continue
-        if any(s.label is Kind.ACTION and m.start("thing") <= s.start < m.end("thing") for s in step.spans):
+        ends = [m.span("thing"), m.span("place")]
+        if any(s.label is Kind.ACTION and any(a <= s.start < b for a, b in ends) for s in step.spans):
             continue
         if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
             continue
@@ -77,6 +79,13 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
         spans = tuple(KeywordSpan(a, b, label, text[a:b]) for a, b, label in sorted(ends, key=lambda e: e[:2]))
         return replace(step, spans=spans, readings=())
     return step
+
+
+def _titled(step: LabelledStep) -> re.Match[str] | None:
+    """What a step is about, before a colon: an action and no place ("Sort all the blocks: ...")."""
+    m = _TITLE.match(step.text)
+    kinds = {s.label for s in step.spans if m is not None and s.start < m.end()}
+    return m if Kind.ACTION in kinds and kinds <= {Kind.ACTION, Kind.TARGET} else None
 
 
 _WISH = re.compile(

@@ -40,7 +40,7 @@ def resolve_objects(
     exact = exactly_named(parts, scene.objects)
     if len(exact) == 1:
         return Found((exact[0].id,), words=())
-    parts = _content(parts, scene)
+    parts = _content(_standing_at(parts), scene)
     head, inner = split_place(parts) if split_exception(parts) is None else (tuple(parts), ())
     if inner:
         place = resolve_places(inner, scene, talk)
@@ -54,6 +54,8 @@ def resolve_objects(
     if not groups:
         return Fault("E305", "no object is named", Extent(parts[0].start, parts[-1].end), "what?")
     descriptions = borrowed([describe(g, scene, True) for g in groups])
+    if len(groups) == 2 and descriptions[0].both and not any(d.plural or d.count for d in descriptions):
+        descriptions[0] = replace(descriptions[0], both=False)  # "both the blue cube and the blue cylinder"
     found: list[Found] = []
     for d, group in zip(descriptions, groups, strict=True):
         exact = exactly_named(group, scene.objects)
@@ -62,6 +64,26 @@ def resolve_objects(
             return one
         found.append(one)
     return joined(found)
+
+
+_STANDS = frozenset({"is", "are", "stands", "stand", "sits", "sit", "lies", "lie", "rests", "rest", "was", "were"})
+_BESIDES = frozenset({"currently", "now", "standing", "sitting", "lying", "resting", "located", "placed", "still", "already"})
+
+
+def _standing_at(parts: Sequence[Token]) -> Sequence[Token]:
+    """ "The block that is currently on position 22", "the block that occupies position 22": the block on position 22."""
+    for i, t in enumerate(parts):
+        j = i + 1 if t.text in {"that", "which"} and i else i
+        if i and j < len(parts) and parts[j].text in {"occupies", "occupying", "occupy"}:
+            return (*parts[:i], Token("on", t.start, parts[j].end), *parts[j + 1 :])
+        if j == i or j >= len(parts) or parts[j].text not in _STANDS:
+            continue
+        j += 1
+        while j < len(parts) and parts[j].text in _BESIDES:
+            j += 1
+        if j < len(parts) - 1 and lexicon().is_(parts[j].text, "at", "from"):
+            return (*parts[:i], *parts[j:])
+    return parts
 
 
 def _content(parts: Sequence[Token], scene: Scene) -> Sequence[Token]:

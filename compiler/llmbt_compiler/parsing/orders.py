@@ -63,12 +63,15 @@ class Ordering(Acting):
             self.open(clause, verb, things, bool(robot))
         elif any(p.kind == "Target" for p in robot) and not things.targets:
             self.moves(clause, things)
+        elif verb.is_("exchange") and not things.targets and not any(self.places_of(p) for p in things.phrases):
+            self.left_out(clause, "changes no goal")  # "switch to standby mode"
         elif verb.is_("exchange"):
             self.exchange(clause, things)
         elif verb.is_("leaving") and things.targets and not things.destinations and self.stays(clause, things):
             self.left_out(clause, "changes no goal")
         elif verb.lemma == "leave" and any(
-            not p.preposition and p.extent.start > clause.extent.end for p in (*things.destinations, *things.locations)
+            not p.preposition and p.extent.start > clause.extent.end and not _pointing(p)
+            for p in (*things.destinations, *things.locations)
         ):
             self.unknown_action(clause, verb)  # "parcel 21 should leave slot B3"
         elif verb.templates:
@@ -152,7 +155,9 @@ class Ordering(Acting):
     def without_template(self, clause: Clause, verb: Verb, things: Group) -> None:
         if verb.is_("wishing") and things.targets and things.destinations:
             self.ellipsis(clause, things)  # "I want object 3 on position 22"
-        elif (verb.is_("idle") and not verb.is_("motion")) or (
+        elif (
+            (verb.is_("idle") and not verb.is_("motion")) or (verb.is_("own") and not things.targets)
+        ) or (
             verb.is_("hand") and things.targets and self.quiet(things.targets[0])
         ):
             self.mention(things)
@@ -264,6 +269,12 @@ class Ordering(Acting):
         if not things.targets and verb.is_("motion") and not self.travels(templates) and not lowered:
             self.moves(clause, things)
             return
+        hovering = [p for p in things.destinations if lexicon().is_(p.relation, "hover")]
+        if hovering and len(hovering) == len(things.destinations) and self.ledger.pending and self.on_hand(things):
+            self.mention(Group(things.targets))  # "move object 6 over position 14", which is in the hand
+            self.carry_to(replace(hovering[0], relation=""))
+            self.left_out(clause, "changes no goal")
+            return
         if verb.is_("hand"):
             real = tuple(p for p in things.destinations if not p.relation and self.places_of(p))
             if self.in_hand(things) and not real:
@@ -285,6 +296,10 @@ class Ordering(Acting):
             except Stop:
                 self.lost = True
                 self.targets = ((), -9)
+
+    def on_hand(self, things: Group) -> bool:
+        """Whether the targets are what is in the hand, or none are named."""
+        return all(set(self.quiet(p)) <= set(self.ledger.pending) and self.quiet(p) for p in things.targets)
 
     def group(
         self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
@@ -317,6 +332,11 @@ class Ordering(Acting):
             self.left_out(clause, "changes no goal")
         else:
             self.travel(clause, templates[0], Group((), group.targets))
+
+
+def _pointing(phrase: Phrase) -> bool:
+    """ "Leave it there"."""
+    return len(phrase.parts) == 1 and lexicon().is_(phrase.parts[0].text, "there")
 
 
 def _sides(clause: Clause) -> tuple[tuple[Phrase, ...], tuple[Phrase, ...], tuple[Phrase, ...]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import pairwise, takewhile
@@ -17,11 +17,11 @@ from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ground import Grounding, Open, Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, Note, NoteKind
-from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, exactly_named
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk, exactly_named
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import natural
 from llmbt_compiler.parsing.verbs import Shape
-from llmbt_compiler.parsing.words import lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic
 
 __all__ = ["Placing", "extent_of", "goal_pattern"]
@@ -67,6 +67,8 @@ class Placing(Grounding):
         """On: the target, or what is in the hand, comes to the destination."""
         lex = lexicon()
         targets, destinations, locations = group.targets, list(group.destinations), list(group.locations)
+        if any(len(p.parts) == 1 and lex.is_(p.parts[0].text, "there") for p in destinations):
+            destinations = [p for p in destinations if p.preposition != "for"]  # "leave it there for the user"
         for p in [p for p in destinations if lex.is_(p.preposition, "from")]:
             destinations.remove(p)
             locations.append(p)
@@ -84,10 +86,10 @@ class Placing(Grounding):
         if self.ledger.pending and slots and not destinations:  # "take object 4. put position 33."
             targets, destinations = (), list(targets)
             group = replace(group, targets=())
-        missed = self.missed(clause)
+        missed = self.missed(clause, group)
         if missed is not None and not destinations:
             destinations = [missed]
-        elif missed is not None and lex.is_(missed.preposition, "onto") and self.all_there(targets, destinations[-1]):
+        elif missed is not None and self.onwards(missed) and self.all_there(targets, destinations[-1]):
             locations, destinations = [*locations, *destinations], [missed]  # "the crates on rack A to the pallet"
         container = self.outer(destinations, locations)
         ids, words = self.brought(clause, replace(group, locations=tuple(locations)), excluded)
@@ -98,30 +100,56 @@ class Placing(Grounding):
         self.described = words or self.described
         self.last = tuple(t for t in templates if self.shape(t) is Shape.PLACE)
 
-    def missed(self, clause: Clause) -> Phrase | None:
-        """A place behind the clause's target that the tagger left unlabelled, told by a preposition and its name."""
-        targets = [p.extent.end for p in clause.phrases if p.kind is Kind.TARGET]
+    def missed(self, clause: Clause, group: Group | None = None) -> Phrase | None:
+        """A place behind the clause's target, or that of a group of it, that the tagger left unlabelled, told by a
+        preposition and its name."""
+        phrases = clause.phrases if group is None else group.phrases
+        targets = [p.extent.end for p in phrases if p.kind is Kind.TARGET]
         start = max(targets, default=clause.extent.end)
+        later = (p.extent.start for p in clause.phrases if p not in phrases and p.extent.start > start)
         actions = (s.start for s in self.now.spans if s.label is Kind.ACTION and s.start > start)
-        parts = tokens(self.now.text, start, min(actions, default=len(self.now.text)))
+        parts = tokens(self.now.text, start, min((*actions, *later), default=len(self.now.text)))
         found: list[Phrase] = []
         for first, last in mentions(parts, self.scene):
             name = tuple(t for t in parts if first.start <= t.start <= last.start)
             lead = [t for t in parts if t.end <= first.start and not lexicon().is_(t.text, "articles")]
             known = any(u.start < last.end and first.start < u.end for u in self.used)
+            there = any(lexicon().is_(t.text, "there") for t in lead)
             if (
                 known
                 or not lead
+                or (there and lead[-1].text == "for")
                 or not lexicon().is_(lead[-1].text, "onto", "at")
                 or in_passing(parts, first, self.now, self.used, narrowing=False)
             ):
                 continue
             if len(exactly_named(name, self.scene.places)) == 1:
                 found.append(Phrase(Kind.DESTINATION, name, Extent(first.start, last.end), lead[-1].text))
+        found = found or list(self.described_behind(parts))
         if len(found) != 1:
             return None
         self.use(*found[0].parts)
         return found[0]
+
+    def onwards(self, phrase: Phrase) -> bool:
+        """Whether a preposition tells where something goes, and not for whom."""
+        return lexicon().is_(phrase.preposition, "onto") and phrase.preposition != "for"
+
+    def described_behind(self, parts: Sequence[Token]) -> Iterator[Phrase]:
+        """Places that words behind a preposition describe ("on the top level") and that were not labelled."""
+        spans = [(s.start, s.end) for s in self.now.spans if s.label is not Kind.ACTION]
+        for i, t in enumerate(parts):
+            words = tuple(takewhile(lambda w: w.word or w.number is not None, parts[i + 1 : i + 6]))
+            free = not any(a < t.end and t.start < b for a, b in spans)
+            if not free or not lexicon().is_(t.text, "onto", "at") or in_passing(parts, t, self.now, self.used):
+                continue
+            for length in range(len(words), 1, -1):
+                found = resolve_places(words[:length], self.scene, Talk())
+                one = isinstance(found, Found) and len(found.ids) == 1 and not found.vague and not found.corrected
+                if one and isinstance(found, Found) and found.ids[0] not in {ANYWHERE, ORIGIN}:
+                    extent = Extent(words[0].start, words[length - 1].end)
+                    yield Phrase(Kind.DESTINATION, words[:length], extent, t.text)
+                    break
 
     def brought(
         self, clause: Clause, group: Group, excluded: tuple[Phrase, ...]
@@ -343,15 +371,22 @@ class Placing(Grounding):
         """ "Swap object 1 and object 3": each goes where the other stands."""
         ids: list[str] = []
         phrases = [_owned(p) for p in sorted(things.phrases, key=lambda p: p.extent.start)]
+        pointing = [p for p in phrases if len(p.parts) == 1 and lexicon().is_(p.parts[0].text, "plural_pronouns")]
         for i, p in enumerate(phrases):
             after = phrases[i + 1] if i + 1 < len(phrases) else None
-            here = self.quiet_place(after) if after is not None and after.kind == "Location" else None
+            told = after is not None and after.kind != "Target" and lexicon().is_(after.preposition, "at", "from", "inner")
+            here = self.places_of(after) if told and after is not None else ()
             at = self.places_of(p) if not self.quiet(p) else ()
             on = [o for a in at for o, w in self.ledger.where.items() if w == a]
-            if p.kind == "Location" and i and self.all_there(phrases[i - 1 : i], p):
+            if p.kind != "Target" and i and self.all_there(phrases[i - 1 : i], p):
+                continue
+            if i and p.kind != "Target" and set(on) and set(on) <= set(ids):
+                continue
+            if p in pointing:
+                ids.extend(self.last_moved())
                 continue
             talk = replace(self.talk(), targets=(), pending=())
-            found = self.narrowed(p, talk, (here,) if here is not None else (), False)
+            found = self.narrowed(p, talk, here, False)
             if isinstance(found, Fault) and len(phrases) == 1 and p.many_of(2):  # "swap the two blocks", just put down
                 placed = tuple(i for i in found.candidates if i in self.ledger.handled)
                 found = Found(placed) if len(placed) == 2 else found
@@ -367,6 +402,14 @@ class Placing(Grounding):
         for target, place in zip(ids, reversed(spots), strict=True):
             self.one(self.placing(), target, str(place), extent)
         self.targets, self.lost = (tuple(ids), self.turn), False
+
+
+    def last_moved(self) -> tuple[str, ...]:
+        """What was named last if it is two things, or else what the last step that moved something moved."""
+        targets = self.talk().targets
+        moves = self.ledger.moves
+        last = [str(e.target) for e in moves if e.step.number == moves[-1].step.number and e.target is not None]
+        return targets if len(targets) == 2 else tuple(dict.fromkeys(last))
 
 
 def _owned(phrase: Phrase) -> Phrase:

@@ -7,7 +7,7 @@ far in a `Ledger`, and gives every complaint at once.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -128,7 +128,7 @@ class _Walker(Ordering):
             d.code in {"E312", "E343"} and _joined(step) for d in trials[0].value.diagnostics[len(self.diagnostics) :]
         ):
             return trials[0].value
-        chosen = weigh(trials, self.ledger.standing(), self.threshold)
+        chosen = weigh(trials, self.ledger.standing(), self.threshold, self.lesser(step))
         if chosen is None:
             self.now = step
             self.unsure(step, trials)
@@ -136,6 +136,21 @@ class _Walker(Ordering):
         if chosen is not trials[0]:
             chosen.value.note(NoteKind.CORRECTED, "the step is read as the map has it", Extent(0, len(step.text)))
         return chosen.value
+
+    def lesser(self, step: LabelledStep) -> Callable[[_Walker, _Walker], bool]:
+        """Whether what one walker came to is a part of what another did: it missed what the step asks for besides.
+        Never so where the step says what is not meant."""
+        said = {t.text for t in tokens(step.text)}
+        if any(lexicon().is_(w, "negation", "except", "instead", "conditional") for w in said):
+            return lambda _a, _b: False
+        done = self.ledger.acts
+
+        def less(a: _Walker, b: _Walker) -> bool:
+            (some, held, _, _), (all_, kept, _, _) = a.ledger.standing(), b.ledger.standing()
+            moved = {e.target for e in b.ledger.goals}
+            return a.ledger.acts > done and kept <= held <= kept | moved and some < all_
+
+        return less
 
     def errors(self) -> int:
         return sum(d.severity is Severity.ERROR for d in self.diagnostics)
