@@ -9,7 +9,8 @@ from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import LabelledStep
-from llmbt_compiler.parsing.names import exactly_named
+from llmbt_compiler.parsing.names import Found, Talk, exactly_named
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of
 from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
@@ -97,9 +98,32 @@ _WISH = re.compile(
 _COURTESY = re.compile(r"(?:\W|please|thanks|thank you|now|then|over here)*$", re.IGNORECASE)
 
 
+_HAVE = re.compile(
+    r"^\W*(?:please\s+)?(?:(?:may|can|could|might)\s+(?P<who>I|we)\s+(?:please\s+)?(?:have|get)"
+    r"|let\s+(?P<who2>me|us|(?:the\s+)?\w+)\s+have)\s+(?P<things>[^,;:.?!]{2,80}?)(?:,?\s+(?:please|thanks|now))*[\s.!?]*$",
+    re.IGNORECASE,
+)
+
+
+def _to_have(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "May I have the milk?", "let the user have the coke": somebody of the map, and things of it."""
+    m = _HAVE.match(step.text) if len(step.text) <= _SHORT else None
+    if m is None or len(scene.persons) != 1:
+        return step
+    key = "who" if m["who"] else "who2"
+    who = tokens(step.text, *m.span(key))
+    named = exactly_named(who, scene.persons) or any(lexicon().is_(t.text, "me", "him", "users") for t in who)
+    found = resolve_objects(tokens(step.text, *m.span("things")), scene, Talk())
+    if not named or not isinstance(found, Found):
+        return step
+    ends = ((key, Kind.DESTINATION), ("things", Kind.TARGET))
+    return replace(step, spans=tuple(KeywordSpan(*m.span(k), kind, m[k]) for k, kind in ends), readings=())
+
+
 def asked_for(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "Could I have the apple?", "I'd like some chips": things and nothing else asked for, where the map has somebody
     to bring them to."""
+    step = _to_have(step, scene)
     things = [s for s in step.spans if s.label is Kind.TARGET]
     others = [s for s in step.spans if s.label in {Kind.DESTINATION, Kind.LOCATION}]
     if not things or others or not scene.persons or len(step.text) > _SHORT:
@@ -193,7 +217,7 @@ def assured(step: LabelledStep, scene: Scene) -> LabelledStep:
     return step
 
 
-_FILLING = frozenset({"fill", "load", "stock", "occupy", "supply", "populate", "equip"})
+_FILLING = frozenset({"fill", "load", "stock", "occupy", "supply", "populate", "equip", "provide", "present", "furnish"})
 
 
 def filled(step: LabelledStep, scene: Scene) -> LabelledStep:

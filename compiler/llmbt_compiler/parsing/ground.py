@@ -41,7 +41,7 @@ class Grounding:
 
     `mentioned` are the objects, `around` the places that the step at hand names in words that are no keywords, `used`
     the words of it that were understood, `ordered` whether it asks for an order, `idle` whether
-    the clause at hand only looks.
+    the clause at hand only looks; `barred` are places that it excepts.
     """
 
     scene: Scene
@@ -59,6 +59,7 @@ class Grounding:
     ordered: bool = False
     idle: bool = False
     approached: str | None = None
+    barred: set[str] = field(default_factory=set)
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
     def __post_init__(self) -> None:
@@ -311,6 +312,11 @@ class Grounding:
             found = resolve_objects(clause.exception[:length], self.scene, self.talk())
             if isinstance(found, Found):
                 return list(found.ids)
+            places = resolve_places(clause.exception[:length], self.scene, self.talk())
+            if isinstance(places, Found) and not {ANYWHERE, ORIGIN} & set(places.ids):
+                self.use(*clause.exception[:length])
+                self.barred |= {p for i in places.ids for p in (i, *(q.id for q in self.scene.map.inside(i)))}
+                return []  # "anywhere on level 2 except position 21"
         found = resolve_objects(clause.exception[:1], self.scene, self.talk())
         raise self.fault(found) if isinstance(found, Fault) else Stop
 

@@ -165,8 +165,11 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
     if not base:
         return unknown(d, scene, True, said)
     if d.anaphoric and set(d.texts) <= scene.colours:  # "the red cup on the table, the blue one on the bar"
-        kinds = [scene[i].words - scene.colours for i in talk.targets]
-        base = [e for e in base if any(kind <= e.words for kind in kinds)] or base
+        said_before = set(talk.described) - scene.colours
+        kinds = [scene[i].words - scene.colours for i in talk.targets] if not said_before else []
+        alike = [e for e in base if any(kind <= e.words for kind in kinds)]
+        alike += [e for e in base if said_before and all(scene.fits(e, w) for w in said_before)]
+        base = alike or base
     sized = _sized(d, base, said)
     if isinstance(sized, Fault):
         return sized

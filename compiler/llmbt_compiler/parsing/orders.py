@@ -163,6 +163,7 @@ class Ordering(Acting):
             self.mention(things)
             self.left_out(clause, "changes no goal")
             self.idle = verb.is_("checking")
+            self.forbidden(clause, verb)
         elif verb.is_("motion") and not things.targets:
             self.moves(clause, things)
         elif verb.is_("removing") and things.targets and things.destinations and self.placing():
@@ -172,6 +173,12 @@ class Ordering(Acting):
             self.left_out(clause, "changes no goal")
         else:
             self.unknown_action(clause, verb)
+
+    def forbidden(self, clause: Clause, verb: Verb) -> None:
+        """ "Avoid placing anything on position 11": what is named up to the next mark is not to be done."""
+        after = tokens(self.now.text, clause.extent.end)
+        if verb.is_("refraining") and after and after[0].text.endswith("ing"):
+            self.use(*takewhile(lambda t: t.word or t.number is not None, after))
 
     def close(self, clause: Clause, things: Group) -> None:
         """Closing the gripper picks up what it is closed around, or what was approached just before."""
@@ -269,8 +276,9 @@ class Ordering(Acting):
         if not things.targets and verb.is_("motion") and not self.travels(templates) and not lowered:
             self.moves(clause, things)
             return
+        placing = {Shape.PLACE, Shape.TRAVEL}.issuperset(self.shape(t) for t in templates[:1])
         hovering = [p for p in things.destinations if lexicon().is_(p.relation, "hover")]
-        if hovering and len(hovering) == len(things.destinations) and self.ledger.pending and self.on_hand(things):
+        if placing and hovering and len(hovering) == len(things.destinations) and self.ledger.pending and self.on_hand(things):
             self.mention(Group(things.targets))  # "move object 6 over position 14", which is in the hand
             self.carry_to(replace(hovering[0], relation=""))
             self.left_out(clause, "changes no goal")

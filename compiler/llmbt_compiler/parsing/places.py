@@ -30,6 +30,9 @@ from llmbt_compiler.parsing.words import Token, lexicon
 __all__ = ["resolve_places"]
 
 
+_OWN = frozenset({"hand", "hands", "side", "lap"})
+
+
 def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault:
     """The places that a phrase means, containers as they are named; ANYWHERE and ORIGIN stand for themselves.
 
@@ -38,6 +41,13 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
     exact = exactly_named(parts, scene.places)
     if len(exact) == 1:
         return Found((exact[0].id,))
+    if parts[-1].text in _OWN and len(parts) > 1 and (parts[-2].owner or lexicon().is_(parts[-2].text, "articles")):
+        owners = [t for t in parts[:-1] if t.owner and lexicon().is_(t.text, "users")]
+        pronoun = {"my": "me", "your": "you", "our": "us", "his": "him", "her": "her", "their": "them"}.get(parts[-2].text)
+        if owners and scene.persons:  # "the user's hands"
+            return resolve_places(tuple(replace(t, owner=False) for t in parts[:-1]), scene, talk)
+        if pronoun is not None and scene.persons:
+            return resolve_places((replace(parts[-2], text=pronoun),), scene, talk)
     parts = (*(t for t in parts[:-1] if not (t.owner and lexicon().is_(t.text, "users"))), parts[-1])
     extent = Extent(parts[0].start, parts[-1].end)
     head, inner = split_place(parts, "on", "in", "at", "of", "inside", "within", "from")
@@ -197,6 +207,9 @@ def _ranked(
     }
     row = sorted((e for e in base if e.number is not None), key=lambda e: natural(e.id))
     alike = len({e.stem for e in row}) == 1
+    if alike and inside and d.count and (d.ordinal == 1 or d.rank == "last") and d.count <= len(row):
+        ids = [e.id for e in row]  # "the first two positions of level 2"
+        return Found(tuple(ids[: d.count] if d.ordinal == 1 else ids[-d.count :]), corrected)
     if alike and d.rank:
         at = pick[d.rank](len(row))
         if at is not None:

@@ -139,9 +139,11 @@ class Placing(Grounding):
         """Places that words behind a preposition describe ("on the top level") and that were not labelled."""
         spans = [(s.start, s.end) for s in self.now.spans if s.label is not Kind.ACTION]
         for i, t in enumerate(parts):
-            words = tuple(takewhile(lambda w: w.word or w.number is not None, parts[i + 1 : i + 6]))
-            free = not any(a < t.end and t.start < b for a, b in spans)
-            if not free or not lexicon().is_(t.text, "onto", "at") or in_passing(parts, t, self.now, self.used):
+            def free(w: Token) -> bool:
+                return not any(a < w.end and w.start < b for a, b in spans)
+
+            words = tuple(takewhile(lambda w: (w.word or w.number is not None) and free(w), parts[i + 1 : i + 6]))
+            if not free(t) or not lexicon().is_(t.text, "onto", "at") or in_passing(parts, t, self.now, self.used):
                 continue
             for length in range(len(words), 1, -1):
                 found = resolve_places(words[:length], self.scene, Talk())
@@ -182,6 +184,10 @@ class Placing(Grounding):
             return (ORIGIN,)
         if self.place[0] is not None and self.place[1] == self.turn and self.as_well(clause):
             return (self.container or self.place[0],)
+        again = self.container or self.place[0]
+        if again is not None and not self.scene.single(again) and self.turn - self.place[1] <= 1 and self.so_too(clause):
+            self.note(NoteKind.INFERRED, f"{', '.join(ids)}: also to {again}", clause.extent)
+            return (again,)
         if self.following and self.place[0] is not None and self.place[1] == self.turn:
             place = self.container or self.place[0]
             if not self.scene.single(place):  # "the milk to the user, then the cookies"
@@ -257,6 +263,11 @@ class Placing(Grounding):
         end = max((p.extent.end for p in clause.phrases if p.kind == "Target"), default=0)
         after = [t.text for t in tokens(self.now.text, end)][:2]
         return bool(after) and (lexicon().is_(after[0], "likewise") or after == ["as", "well"])
+
+    def so_too(self, clause: Clause) -> bool:
+        """Whether "likewise" stands before the clause's verb, and nothing is in the hand."""
+        lead = tokens(self.now.text, 0, clause.extent.start)
+        return not self.ledger.pending and bool(lead) and lead[0].text in {"likewise", "similarly", "ditto"}
 
     def settled(self, target: str) -> None:
         """A step that left out where something goes was made good by a later one."""
@@ -356,7 +367,7 @@ class Placing(Grounding):
             return here, Note(self.now.number, NoteKind.CHOSEN, f"{target} is on {name} already: {here}", extent)
         begin = self.begin if self.begin in spots else spots[0]
         spots = spots[spots.index(begin) :]
-        free = [s for s in spots if not scene.single(s) or not ledger.taken(s, target)]
+        free = [s for s in spots if s not in self.barred and (not scene.single(s) or not ledger.taken(s, target))]
         if not free:
             self.complain(
                 "E308", f"no free position on {name} for {target}", extent, "all are taken",

@@ -25,7 +25,7 @@ from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.polite import outspoken
 from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.together import also_named, done_by, headed_by_things, inverted, parted, placed_there
+from llmbt_compiler.parsing.together import also_named, done_by, headed_by_things, inverted, of_those, parted, placed_there
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.whereabouts import by_their_things
 from llmbt_compiler.parsing.words import lexicon, tokens
@@ -54,7 +54,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     if not scene.snap:
         return step
     step = by_their_things(_whole_names(_nouns_for_verbs(step, scene), scene), scene)
-    step = headed_by_things(parted(done_by(step, scene), scene), scene)
+    step = headed_by_things(parted(done_by(of_those(step), scene), scene), scene)
     return also_named(placed_there(step, scene), scene)
 
 

@@ -17,12 +17,28 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["also_named", "done_by", "headed_by_things", "inverted", "parted", "placed_there"]
+__all__ = ["also_named", "done_by", "headed_by_things", "inverted", "of_those", "parted", "placed_there"]
 
 _LINKS = frozenset({"plus", "and", "along", "together", "with", "as", "well", "also", "the", "a", "an", "then", ","})
 _JOINING = ({"plus"}, {"as", "well"}, {"along", "with"}, {"together", "with"}, {"and"})
 _FOLLOWED = re.compile(r"\bfollowed\s+by\b", re.IGNORECASE)
 _WORTH = frozenset({"the", "a", "an", "and", ","})
+
+
+def of_those(step: LabelledStep) -> LabelledStep:
+    """ "The larger of the | two red cubes": one name that the tagger cut at "of the"."""
+    out: list[KeywordSpan] = []
+    for s in step.spans:
+        last = out[-1] if out else None
+        if last is not None and last.label is s.label is Kind.TARGET:
+            gap = tokens(step.text, last.start, s.start)[-4:]
+            words = [t.text for t in gap if t.number is None and not lexicon().is_(t.text, "articles")]
+            between = tokens(step.text, last.end, s.start)
+            if words[-1:] == ["of"] and all(t.word for t in between):
+                out[-1] = replace(last, end=s.end, text=step.text[last.start : s.end])
+                continue
+        out.append(s)
+    return replace(step, spans=tuple(out)) if len(out) < len(step.spans) else step
 
 
 def parted(step: LabelledStep, scene: Scene) -> LabelledStep:

@@ -189,7 +189,7 @@ class _Walker(Ordering):
         earlier = len(self.diagnostics)
         asks = False
         for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
-            self.idle = False
+            self.idle, self.barred = False, set()
             try:
                 for part in related(self, clause, start, end):
                     self.clause(part)
