@@ -444,9 +444,12 @@ def _phrase(text: _Text, span: KeywordSpan) -> Phrase:
     fronts = [t.text for t in free[:3]]
     excluded = any(lex.is_(w, "except") or w == "not" for w in fronts[:2]) or "instead" in fronts
     excluded = excluded or "rather" in fronts
+    lead = free[:4][::-1]
+    apart = any(excepts(lead, i) == len(lead) - i > 1 for i in range(len(lead)))  # "apart from objects 5 and 6"
+    excluded = excluded or apart
     kept = tuple(t for t in core if t.text not in _MARKUP)
     phrase = Phrase(
-        span.label,
+        Kind.TARGET if apart else span.label,
         (*left, *(kept or core), *text.left_out.get(span.end, ())),
         Extent(span.start, span.end),
         preposition,

@@ -15,7 +15,17 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of
 from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
 
-__all__ = ["asked_for", "assured", "filled", "let_go", "listed", "place_of_its_own", "told_as_placing", "wanted_by"]
+__all__ = [
+    "asked_for",
+    "assured",
+    "filled",
+    "let_go",
+    "listed",
+    "made_free",
+    "place_of_its_own",
+    "told_as_placing",
+    "wanted_by",
+]
 
 _SHORT = 300
 _SURE = r"(?:(?:please\s+)?(?:make\s+sure|ensure|see\s+to\s+it)(?:\s+that)?\s+)?"
@@ -69,8 +79,8 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
         m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
         if m is None or _ROBOT.match(m["thing"]):
             continue
-        ends = [m.span("thing"), m.span("place")]
-        if any(s.label is Kind.ACTION and any(a <= s.start < b for a, b in ends) for s in step.spans):
+        named = [m.span("thing"), m.span("place")]
+        if any(s.label is Kind.ACTION and any(a <= s.start < b for a, b in named) for s in step.spans):
             continue
         if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
             continue
@@ -217,7 +227,9 @@ def assured(step: LabelledStep, scene: Scene) -> LabelledStep:
     return step
 
 
-_FILLING = frozenset({"fill", "load", "stock", "occupy", "supply", "populate", "equip", "provide", "present", "furnish"})
+_FILLING = frozenset(
+    {"fill", "load", "stock", "occupy", "supply", "populate", "equip", "provide", "present", "furnish"}
+)
 
 
 def filled(step: LabelledStep, scene: Scene) -> LabelledStep:
@@ -237,6 +249,26 @@ def filled(step: LabelledStep, scene: Scene) -> LabelledStep:
         kept += [replace(place, label=Kind.DESTINATION), KeywordSpan(a, b, Kind.TARGET, step.text[a:b])]
         return replace(step, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
     return step
+
+
+_MADE = re.compile(
+    r"\b(?P<verb>make|set|get)\s+(?:the\s+)?(?P<place>[^,;:.]{2,40}?)\s+(?:free|empty|available|vacant)\b(?!\s+for)",
+    re.IGNORECASE,
+)
+
+
+def made_free(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Make slot A2 free" clears it, where the library can."""
+    m = _MADE.search(step.text) if len(step.text) <= _SHORT else None
+    if m is None or len(exactly_named(tokens(step.text, *m.span("place")), scene.places)) != 1:
+        return step
+    frees = [t for t in scene.library.templates.values() if shape_of(t, scene.library) is Shape.FREE and t.verbs]
+    if not frees:
+        return step
+    kept = [s for s in step.spans if s.end <= m.start() or m.end() <= s.start]
+    kept.append(KeywordSpan(*m.span("verb"), Kind.ACTION, str(frees[0].verbs[0])))
+    kept.append(KeywordSpan(*m.span("place"), Kind.TARGET, m["place"]))
+    return replace(step, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
 
 
 _LET_GO = re.compile(r"\b(?P<let>let)(?:\s+(?:it|them|the\s+\w+))?\s+go\b", re.IGNORECASE)

@@ -134,6 +134,7 @@ class Grounding:
             self.lost,
             self.mentioned,
             self.around,
+            self.ledger.vacated,
         )
 
     def of_robot(self, phrase: Phrase) -> bool:
@@ -193,7 +194,9 @@ class Grounding:
             place, words = talk.place, phrase.trail[:1]  # "everything on it"
             if place is None and phrase.about("all"):
                 said = f"`{phrase.extent.cut(self.now.text)} ... {phrase.trail[0].text}`"
-                return Fault("E305", f"{said} points to no place named before", phrase.extent, "where?", "name the place")
+                return Fault(
+                    "E305", f"{said} points to no place named before", phrase.extent, "where?", "name the place"
+                )
         if place is not None:
             found = resolve_objects(phrase.parts, self.scene, talk, at=(place,), picking=picking)
             if isinstance(found, Found):

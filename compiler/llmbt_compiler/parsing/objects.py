@@ -67,11 +67,13 @@ def resolve_objects(
 
 
 _STANDS = frozenset({"is", "are", "stands", "stand", "sits", "sit", "lies", "lie", "rests", "rest", "was", "were"})
-_BESIDES = frozenset({"currently", "now", "standing", "sitting", "lying", "resting", "located", "placed", "still", "already"})
+_BESIDES = frozenset(
+    {"currently", "now", "standing", "sitting", "lying", "resting", "located", "placed", "still", "already"}
+)
 
 
 def _standing_at(parts: Sequence[Token]) -> Sequence[Token]:
-    """ "The block that is currently on position 22", "the block that occupies position 22": the block on position 22."""
+    """ "The block that is currently on position 22", "... that occupies position 22": the block on position 22."""
     for i, t in enumerate(parts):
         j = i + 1 if t.text in {"that", "which"} and i else i
         if i and j < len(parts) and parts[j].text in {"occupies", "occupying", "occupy"}:
@@ -143,6 +145,8 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
         if d.pronoun == "latter" and len(talk.pending) == 1:  # the former has been put down
             return Found(talk.pending)
         return Found(one) if len(known) == 2 else ambiguous(d, known, said, "of which two?")
+    if d.pronoun in {"there", "me"}:
+        return unknown(d, scene, True, said)
     if d.pronoun or (d.same and not d.numbers):
         return _referred(d, said, talk)
     if d.unknown:
@@ -258,6 +262,9 @@ def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: 
         return Found(tuple(base))
     if d.ordinal is not None and d.ordinal > len(base):
         return _exactly(d, base, d.ordinal, said)
+    left = [i for i in base if i not in talk.handled]
+    if d.ordinal is not None and d.ordinal > 1 and len(left) == 1 and len(base) == d.ordinal:
+        return Found(tuple(left))  # "a yellow block ..., the second yellow block"
     if d.ordinal is not None:
         return ambiguous(d, base, said, "the map does not say in which order they count")
     if d.indefinite or d.count == 1:

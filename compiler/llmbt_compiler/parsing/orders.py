@@ -155,9 +155,7 @@ class Ordering(Acting):
     def without_template(self, clause: Clause, verb: Verb, things: Group) -> None:
         if verb.is_("wishing") and things.targets and things.destinations:
             self.ellipsis(clause, things)  # "I want object 3 on position 22"
-        elif (
-            (verb.is_("idle") and not verb.is_("motion")) or (verb.is_("own") and not things.targets)
-        ) or (
+        elif ((verb.is_("idle") and not verb.is_("motion")) or (verb.is_("own") and not things.targets)) or (
             verb.is_("hand") and things.targets and self.quiet(things.targets[0])
         ):
             self.mention(things)
@@ -278,7 +276,13 @@ class Ordering(Acting):
             return
         placing = {Shape.PLACE, Shape.TRAVEL}.issuperset(self.shape(t) for t in templates[:1])
         hovering = [p for p in things.destinations if lexicon().is_(p.relation, "hover")]
-        if placing and hovering and len(hovering) == len(things.destinations) and self.ledger.pending and self.on_hand(things):
+        if (
+            placing
+            and hovering
+            and len(hovering) == len(things.destinations)
+            and self.ledger.pending
+            and self.on_hand(things)
+        ):
             self.mention(Group(things.targets))  # "move object 6 over position 14", which is in the hand
             self.carry_to(replace(hovering[0], relation=""))
             self.left_out(clause, "changes no goal")

@@ -17,7 +17,7 @@ from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ground import Grounding, Open, Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, Note, NoteKind
-from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk, exactly_named
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, exactly_named
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import natural
 from llmbt_compiler.parsing.verbs import Shape
@@ -139,14 +139,20 @@ class Placing(Grounding):
         """Places that words behind a preposition describe ("on the top level") and that were not labelled."""
         spans = [(s.start, s.end) for s in self.now.spans if s.label is not Kind.ACTION]
         for i, t in enumerate(parts):
+
             def free(w: Token) -> bool:
                 return not any(a < w.end and w.start < b for a, b in spans)
 
             words = tuple(takewhile(lambda w: (w.word or w.number is not None) and free(w), parts[i + 1 : i + 6]))
-            if not free(t) or not lexicon().is_(t.text, "onto", "at") or in_passing(parts, t, self.now, self.used):
+            if (
+                not free(t)
+                or t.text == "for"
+                or not lexicon().is_(t.text, "onto", "at")
+                or in_passing(parts, t, self.now, self.used)
+            ):
                 continue
             for length in range(len(words), 1, -1):
-                found = resolve_places(words[:length], self.scene, Talk())
+                found = resolve_places(words[:length], self.scene, self.talk())
                 one = isinstance(found, Found) and len(found.ids) == 1 and not found.vague and not found.corrected
                 if one and isinstance(found, Found) and found.ids[0] not in {ANYWHERE, ORIGIN}:
                     extent = Extent(words[0].start, words[length - 1].end)
@@ -185,7 +191,12 @@ class Placing(Grounding):
         if self.place[0] is not None and self.place[1] == self.turn and self.as_well(clause):
             return (self.container or self.place[0],)
         again = self.container or self.place[0]
-        if again is not None and not self.scene.single(again) and self.turn - self.place[1] <= 1 and self.so_too(clause):
+        if (
+            again is not None
+            and not self.scene.single(again)
+            and self.turn - self.place[1] <= 1
+            and self.so_too(clause)
+        ):
             self.note(NoteKind.INFERRED, f"{', '.join(ids)}: also to {again}", clause.extent)
             return (again,)
         if self.following and self.place[0] is not None and self.place[1] == self.turn:
@@ -385,7 +396,9 @@ class Placing(Grounding):
         pointing = [p for p in phrases if len(p.parts) == 1 and lexicon().is_(p.parts[0].text, "plural_pronouns")]
         for i, p in enumerate(phrases):
             after = phrases[i + 1] if i + 1 < len(phrases) else None
-            told = after is not None and after.kind != "Target" and lexicon().is_(after.preposition, "at", "from", "inner")
+            told = (
+                after is not None and after.kind != "Target" and lexicon().is_(after.preposition, "at", "from", "inner")
+            )
             here = self.places_of(after) if told and after is not None else ()
             at = self.places_of(p) if not self.quiet(p) else ()
             on = [o for a in at for o, w in self.ledger.where.items() if w == a]
@@ -413,7 +426,6 @@ class Placing(Grounding):
         for target, place in zip(ids, reversed(spots), strict=True):
             self.one(self.placing(), target, str(place), extent)
         self.targets, self.lost = (tuple(ids), self.turn), False
-
 
     def last_moved(self) -> tuple[str, ...]:
         """What was named last if it is two things, or else what the last step that moved something moved."""

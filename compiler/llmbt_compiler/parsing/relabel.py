@@ -16,6 +16,7 @@ from llmbt_compiler.parsing.forms import (
     filled,
     let_go,
     listed,
+    made_free,
     place_of_its_own,
     told_as_placing,
     wanted_by,
@@ -25,7 +26,16 @@ from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.polite import outspoken
 from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.together import also_named, done_by, headed_by_things, inverted, of_those, parted, placed_there
+from llmbt_compiler.parsing.together import (
+    also_named,
+    done_by,
+    headed_by_things,
+    inverted,
+    of_those,
+    parted,
+    placed_there,
+    same_noun,
+)
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.whereabouts import by_their_things
 from llmbt_compiler.parsing.words import lexicon, tokens
@@ -50,11 +60,15 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     told = listed(step, scene) or told_as_placing(inverted(step, scene))
     if told is not step:
         return told
-    step = let_go(place_of_its_own(filled(assured(wanted_by(asked_for(step, scene), scene), scene), scene), scene))
+    step = let_go(
+        place_of_its_own(
+            made_free(filled(assured(wanted_by(asked_for(step, scene), scene), scene), scene), scene), scene
+        )
+    )
     if not scene.snap:
         return step
     step = by_their_things(_whole_names(_nouns_for_verbs(step, scene), scene), scene)
-    step = headed_by_things(parted(done_by(of_those(step), scene), scene), scene)
+    step = headed_by_things(parted(done_by(of_those(same_noun(step), scene), scene), scene), scene)
     return also_named(placed_there(step, scene), scene)
 
 

@@ -17,7 +17,7 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["also_named", "done_by", "headed_by_things", "inverted", "of_those", "parted", "placed_there"]
+__all__ = ["also_named", "done_by", "headed_by_things", "inverted", "of_those", "parted", "placed_there", "same_noun"]
 
 _LINKS = frozenset({"plus", "and", "along", "together", "with", "as", "well", "also", "the", "a", "an", "then", ","})
 _JOINING = ({"plus"}, {"as", "well"}, {"along", "with"}, {"together", "with"}, {"and"})
@@ -25,8 +25,8 @@ _FOLLOWED = re.compile(r"\bfollowed\s+by\b", re.IGNORECASE)
 _WORTH = frozenset({"the", "a", "an", "and", ","})
 
 
-def of_those(step: LabelledStep) -> LabelledStep:
-    """ "The larger of the | two red cubes": one name that the tagger cut at "of the"."""
+def of_those(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "The larger of the | two red cubes", "the red | and the blue cup": one phrase that the tagger cut."""
     out: list[KeywordSpan] = []
     for s in step.spans:
         last = out[-1] if out else None
@@ -34,11 +34,27 @@ def of_those(step: LabelledStep) -> LabelledStep:
             gap = tokens(step.text, last.start, s.start)[-4:]
             words = [t.text for t in gap if t.number is None and not lexicon().is_(t.text, "articles")]
             between = tokens(step.text, last.end, s.start)
-            if words[-1:] == ["of"] and all(t.word for t in between):
+            bare = {t.text for t in tokens(step.text, last.start, last.end)} <= scene.colours
+            linked = [t.text for t in between if not lexicon().is_(t.text, "articles")] == ["and"]
+            if (words[-1:] == ["of"] and all(t.word for t in between)) or (bare and linked):
                 out[-1] = replace(last, end=s.end, text=step.text[last.start : s.end])
                 continue
         out.append(s)
     return replace(step, spans=tuple(out)) if len(out) < len(step.spans) else step
+
+
+def same_noun(step: LabelledStep) -> LabelledStep:
+    """ "On the same | level": the noun is part of the name."""
+
+    def whole(s: KeywordSpan) -> KeywordSpan:
+        after = tokens(step.text, s.end)[:1]
+        if s.label is Kind.ACTION or s.text.casefold() != "same" or not after or not after[0].word:
+            return s
+        end = after[0].end
+        taken = any(o.start < end and s.end <= o.start for o in step.spans)
+        return s if taken else replace(s, end=end, text=step.text[s.start : end])
+
+    return replace(step, spans=tuple(whole(s) for s in step.spans))
 
 
 def parted(step: LabelledStep, scene: Scene) -> LabelledStep:
@@ -69,7 +85,8 @@ def _cut(parts: tuple[Token, ...], scene: Scene) -> tuple[tuple[int, int], tuple
 
 _INTO = r"(?:on|onto|to|into|in|at)"
 _FIRST = re.compile(
-    rf"\W*{_INTO}\s+(?P<place>[^,;:.]{{2,60}}?)\s+(?:(?:should|must|will)\s+)?go(?:es)?\s+(?P<thing>[^,;:.]{{2,60}})", re.IGNORECASE
+    rf"\W*{_INTO}\s+(?P<place>[^,;:.]{{2,60}}?)\s+(?:(?:should|must|will)\s+)?go(?:es)?\s+(?P<thing>[^,;:.]{{2,60}})",
+    re.IGNORECASE,
 )
 _NEXT = re.compile(rf"\s*(?:[,;]\s*(?:and\s+)?|and\s+)(?={_INTO}\s)", re.IGNORECASE)
 _SHORT = 300

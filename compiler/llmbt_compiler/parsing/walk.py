@@ -165,6 +165,8 @@ class _Walker(Ordering):
             self.unsure(step)
             return
         step = relabelled(step, self.scene)
+        if step.text != self.now.text:
+            self.now = replace(self.now, text=step.text)
         self.mentioned, self.used = mentioned(step, self.scene, self.scene.objects), []
         self.around = mentioned(step, self.scene, self.scene.places)
         self.ordered = arrangement(step.text) is not None

@@ -15,7 +15,9 @@ from llmbt_compiler.parsing.words import Token, lexicon, tokens
 __all__ = ["by_their_things", "whose_place"]
 
 _SHORT = 300
-_NOUN = r"(?:position|slot|spot|place|location|level|tier|shelf|rack|table|surface|tray|piece\s+of\s+furniture|furniture)"
+_NOUN = (
+    r"(?:position|slot|spot|place|location|level|tier|shelf|rack|table|surface|tray|piece\s+of\s+furniture|furniture)"
+)
 _THING = r"(?P<thing>(?:the\s+|a\s+)?[^,;:.]{1,40}?)"
 _ON = r"(?:on|in|at)"
 _NOW = r"(?:currently\s+|now\s+)?"
