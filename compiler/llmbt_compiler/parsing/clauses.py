@@ -73,6 +73,7 @@ class Phrase:
     after: tuple[Token, ...] = ()
     excluded: bool = False
     apposed: bool = False
+    vague: bool = False
 
     def many_of(self, count: int) -> bool:
         """Whether it says so many ("the two blocks")."""
@@ -441,6 +442,7 @@ def _phrase(text: _Text, span: KeywordSpan) -> Phrase:
         left.insert(0, free.pop(0))
     preposition, relation = _relation(free)
     lex = lexicon()
+    amount = [t.text for t in free[:3] if t.text not in {"of", "the", "-"}][:1]
     fronts = [t.text for t in free[:3]]
     excluded = any(lex.is_(w, "except") or w == "not" for w in fronts[:2]) or "instead" in fronts
     excluded = excluded or "rather" in fronts
@@ -456,6 +458,7 @@ def _phrase(text: _Text, span: KeywordSpan) -> Phrase:
         relation,
         excluded=excluded,
         apposed=bool(free) and free[0].text == ",",
+        vague=bool(amount) and lex.is_(amount[0], "vague"),
     )
     return _followed(text, phrase)
 

@@ -44,6 +44,10 @@ _COLON = re.compile(
     r"^\W*(?P<thing>[^,;:.]{2,60}?)\s*(?::|->|=>|→)(?!\s*from\b)\s*(?P<place>[^,;:.()→>]{2,60}?)\s*(?:\([^()]*\))?[\s.!]*$",
     re.IGNORECASE,
 )
+_THERE = re.compile(
+    rf"\W*(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:also\s+)?(?:go|goes|belongs?)\s+(?P<place>there)\b(?:\s+(?:too|as\s+well|also))?[\s.!]*$",
+    re.IGNORECASE,
+)
 _HEADED = re.compile(r"^\W*(?P<place>[^,;:.]{2,40}?)\s*:\s*(?P<things>[^:;]{2,200}?)[\s.!]*$")
 _PART = re.compile(r"(?:^|,|&|\band\b)\s*(?P<name>(?:(?!,|&|\band\b).)+?)\s*(?=,|&|\band\b|$)")
 _LEAD = re.compile(
@@ -55,16 +59,26 @@ _ROBOT = re.compile(r"(?:the )?(?:robot|arm|gripper|hand|manipulator|you|we)\b",
 
 def listed(step: LabelledStep, scene: Scene) -> LabelledStep | None:
     """ "Level 1: object 1, object 2": a place and, behind the colon, nothing but names of things."""
-    m = _HEADED.match(step.text)
-    if m is None or len(exactly_named(tokens(step.text, *m.span("place")), scene.places)) != 1:
+    parts = [m.span() for m in re.finditer(r"[^.;\n]*[^.;\s][^.;\n]*", step.text)]
+    found = [_listed(step.text, a, b, scene) for a, b in parts]
+    if not found or None in found:
         return None
-    spans = [KeywordSpan(*m.span("place"), Kind.DESTINATION, m["place"])]
+    spans = [s for f in found if f is not None for s in f]
+    return replace(step, spans=tuple(spans), readings=()) if len(spans) > 1 else None
+
+
+def _listed(text: str, start: int, end: int, scene: Scene) -> list[KeywordSpan] | None:
+    m = _HEADED.match(text[start:end])
+    if m is None or len(exactly_named(tokens(m["place"]), scene.places)) != 1:
+        return None
+    a, b = (start + i for i in m.span("place"))
+    spans = [KeywordSpan(a, b, Kind.DESTINATION, m["place"])]
     for part in _PART.finditer(m["things"]):
-        a, b = (m.start("things") + i for i in part.span("name"))
-        if len(exactly_named(tokens(step.text, a, b), scene.objects)) != 1:
+        a, b = (start + m.start("things") + i for i in part.span("name"))
+        if len(exactly_named(tokens(text, a, b), scene.objects)) != 1:
             return None
         spans.append(KeywordSpan(a, b, Kind.TARGET, part["name"]))
-    return replace(step, spans=tuple(spans), readings=()) if len(spans) > 1 else None
+    return spans
 
 
 def told_as_placing(step: LabelledStep) -> LabelledStep:
@@ -75,7 +89,7 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
         return step
     taken = {s.label for s in step.spans}
     lead = _LEAD.match(text) or _titled(step)
-    for pattern in (_GOES, _IS_GIVEN, _COLON):
+    for pattern in (_GOES, _THERE, _IS_GIVEN, _COLON):
         m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
         if m is None or _ROBOT.match(m["thing"]):
             continue

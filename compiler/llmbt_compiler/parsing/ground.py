@@ -41,7 +41,8 @@ class Grounding:
 
     `mentioned` are the objects, `around` the places that the step at hand names in words that are no keywords, `used`
     the words of it that were understood, `ordered` whether it asks for an order, `idle` whether
-    the clause at hand only looks; `barred` are places that it excepts.
+    the clause at hand only looks; `barred` are places that it excepts;
+    `listed` is when several objects were named together last, and which.
     """
 
     scene: Scene
@@ -59,6 +60,7 @@ class Grounding:
     ordered: bool = False
     idle: bool = False
     approached: str | None = None
+    listed: tuple[tuple[str, ...], int] = ((), -9)
     barred: set[str] = field(default_factory=set)
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
@@ -135,6 +137,7 @@ class Grounding:
             self.mentioned,
             self.around,
             self.ledger.vacated,
+            self.listed[0] if self.turn - self.listed[1] <= 2 else (),
         )
 
     def of_robot(self, phrase: Phrase) -> bool:
@@ -348,6 +351,10 @@ class Grounding:
 
     def either(self, phrase: Phrase) -> None:
         """E304 where a phrase is told as one of several ("object 1 or object 2"): which one is not ours to say."""
+        if phrase.vague:
+            words = phrase.extent.cut(self.now.text)
+            self.complain("E304", f"how many of `{words}`?", phrase.extent, "which?", "say which ones")
+            raise Stop
         inside = any(t.text == "or" for t in phrase.parts)
         if not inside and phrase.preposition != "or":
             return
@@ -388,6 +395,8 @@ class Grounding:
             self.complain("E305", "no object is left to act on", clause.extent, "what?")
             raise Stop
         self.targets, self.lost, self.approached = (ids, self.turn), False, None
+        if len(ids) > 1:
+            self.listed = (ids, self.turn)
         words = tuple(w for f in found for w in f.words)
         self.described = words or self.described
         return Found(ids, words=words)
@@ -443,7 +452,8 @@ class Grounding:
         words = [w for t in noun if (w := self.scene.word(t, False).text)]
         generic = not noun or all(w in self.scene.generic(False) for w in words)
         fitting = [p for p in around if all(self.scene.fits(self.scene[p], w) for w in words)]
-        if generic and not before and fitting and self.scene.single(fitting[0]):
+        still = any(self.ledger.where.get(i) == place for i in things.ids)
+        if generic and still and fitting and self.scene.single(fitting[0]):
             fitting = []  # a slot that the other thing stands on
         if not fitting:
             said = phrase.extent.cut(self.now.text)

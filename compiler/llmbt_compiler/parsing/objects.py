@@ -149,6 +149,8 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
         return unknown(d, scene, True, said)
     if d.pronoun or (d.same and not d.numbers):
         return _referred(d, said, talk)
+    if d.ordinal and d.anaphoric and not d.texts and len(talk.listed) >= max(d.ordinal, 2):
+        return Found((talk.listed[d.ordinal - 1],))  # "grab object 1 and object 2; put the first one ..."
     if d.unknown:
         return unknown(d, scene, True, said)
     corrected = corrections(d)

@@ -10,7 +10,8 @@ from llmbt_atl.template import Template
 from llmbt_compiler.parsing.acts import Acting
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ground import Open, Stop
-from llmbt_compiler.parsing.model import NoteKind
+from llmbt_compiler.parsing.mentions import mentioned_in
+from llmbt_compiler.parsing.model import Extent, NoteKind
 from llmbt_compiler.parsing.names import Found
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
@@ -24,6 +25,14 @@ _IS = re.compile(
     r"\s+(?:(?:is|are|stands?|lies|lie|sits?)\s+(?:now\s+|currently\s+|still\s+|already\s+)*(?:on|in|at)"
     r"|(?:stays?|remains?)(?:\s+where)?|(?:should|must|may|is|are|need|does|do)\s*(?:not|n['’]t))\b",
     re.IGNORECASE,
+)
+_SAYS = re.compile(
+    r"\W*(?:the\s+)?(?P<thing>[^,;:.]{2,60}?)\s+(?:stays?|remains?|(?:is|are)\s+(?:still|already|now|currently))\b",
+    re.IGNORECASE,
+)
+_IDENTIFIES = re.compile(r"\s+(?:is|are|was|were)\s+(?:the|a|an|one\s+of)\b", re.IGNORECASE)
+_PLACES = re.compile(
+    r"\b(?:swap|switch|trade|exchange|change)\s+(?:places|positions|spots|slots|locations)\b", re.IGNORECASE
 )
 _LEAVES = re.compile(r"\s+(?:\w+\s+){0,2}?(?:leaves?|exits?)\s+(?!on\b|at\b|in\b)", re.IGNORECASE)
 _ARE = re.compile(r"\s+(?:is|are)\s+(?:the\s+)?(?=\w+\s+\d|\w+_\d)", re.IGNORECASE)
@@ -80,8 +89,10 @@ class Ordering(Acting):
             self.without_template(clause, verb, things)
 
     def idiom(self, clause: Clause) -> bool:
-        """ "Take a look", "have a break": the noun tells what is done."""
+        """ "Take a look", "have a break": the noun tells what is done. "Do nothing with the apple"."""
         after = [t.text for t in tokens(self.now.text, clause.extent.end)][:3]
+        if after[:1] == ["nothing"] and clause.action.casefold() == "do":
+            return True
         return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 2 if after[0] in {"a", "an"} else 1])
 
     def stays(self, clause: Clause, things: Group) -> bool:
@@ -111,6 +122,8 @@ class Ordering(Acting):
         if head in {"make", "find"} and after[1:] == ["way"]:
             return "go"
         targets = [p.extent.end for p in clause.phrases if p.kind == "Target" and p.extent.start > clause.extent.end]
+        if head in {"have", "make", "let", "get"} and targets and _PLACES.search(self.now.text, max(targets)):
+            return "swap"  # "have the milk and the newspaper switch places"
         if head not in {"have", "get", "want", "need", "see"} or not targets:
             return head
         done = next((t.text for t in tokens(self.now.text, targets[0]) if t.text not in {"to", "be"}), "")
@@ -130,7 +143,16 @@ class Ordering(Acting):
     def ellipsis(self, clause: Clause, things: Group) -> None:
         """A step without an action: as the step before, if that put something somewhere."""
         ends = [p.extent.end for p in things.targets]
-        told = ends and (_IS.match(self.now.text, ends[-1]) or (len(ends) > 1 and _ARE.match(self.now.text, ends[0])))
+        said = _SAYS.match(self.now.text) if not things.targets else None
+        if said is not None and mentioned_in(said["thing"], self.scene):
+            self.used.append(Extent(0, len(self.now.text)))
+            self.left_out(clause, "is said to be so; nothing is to be done")
+            return
+        told = ends and (
+            _IS.match(self.now.text, ends[-1])
+            or _IDENTIFIES.match(self.now.text, ends[0])
+            or (len(ends) > 1 and _ARE.match(self.now.text, ends[0]))
+        )
         if told:
             self.mention(Group(things.targets))
             self.left_out(clause, "is said to be so; nothing is to be done")

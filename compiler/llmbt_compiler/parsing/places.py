@@ -32,6 +32,7 @@ __all__ = ["resolve_places"]
 
 
 _OWN = frozenset({"hand", "hands", "side", "lap"})
+_SEAT = frozenset({"location", "position", "place", "spot", "seat", "chair"})
 
 
 def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault:
@@ -42,11 +43,16 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
     exact = exactly_named(parts, scene.places)
     if len(exact) == 1:
         return Found((exact[0].id,))
-    if parts[-1].text in _OWN and len(parts) > 1 and (parts[-2].owner or lexicon().is_(parts[-2].text, "articles")):
+    if (
+        parts[-1].text in _OWN | _SEAT
+        and len(parts) > 1
+        and (parts[-2].owner or lexicon().is_(parts[-2].text, "articles"))
+    ):
         owners = [t for t in parts[:-1] if t.owner and lexicon().is_(t.text, "users")]
         pronoun = {"my": "me", "your": "you", "our": "us", "his": "him", "her": "her", "their": "them"}.get(
             parts[-2].text
         )
+        pronoun = pronoun if parts[-1].text in _OWN else None
         if owners and scene.persons:  # "the user's hands"
             return resolve_places(tuple(replace(t, owner=False) for t in parts[:-1]), scene, talk)
         if pronoun is not None and scene.persons:
@@ -82,8 +88,8 @@ _LEFT = frozenset({"freed", "vacated", "emptied"})
 
 
 def _left(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault | None:
-    """ "The now empty slot", "the vacated position", "that slot" where no slot was named: where the thing that was taken
-    last stood; None for other phrases."""
+    """ "The now empty slot", "the vacated position", "that slot" where no slot was named: where the thing taken last
+    stood; None for other phrases."""
     lex = lexicon()
     said = [t.text for t in parts]
     kinds = [w for t in parts if (w := scene.word(t, False).text)]

@@ -440,7 +440,11 @@ def _owned(phrase: Phrase) -> Phrase:
     texts = [t.text for t in phrase.parts]
     lex = lexicon()
     for i, text in enumerate(texts[:-1]):
-        if text == "of" and i and texts[i - 1].removesuffix("s") in lex.places:
+        if (
+            text == "of"
+            and i
+            and (texts[i - 1].removesuffix("s") in lex.places or texts[i - 1] in {"content", "contents"})
+        ):
             return replace(phrase, parts=phrase.parts[i + 1 :])
     return phrase
 

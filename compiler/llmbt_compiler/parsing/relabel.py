@@ -34,6 +34,7 @@ from llmbt_compiler.parsing.together import (
     of_those,
     parted,
     placed_there,
+    released,
     same_noun,
 )
 from llmbt_compiler.parsing.verbs import read_verb
@@ -68,7 +69,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     if not scene.snap:
         return step
     step = by_their_things(_whole_names(_nouns_for_verbs(step, scene), scene), scene)
-    step = headed_by_things(parted(done_by(of_those(same_noun(step), scene), scene), scene), scene)
+    step = headed_by_things(parted(released(done_by(of_those(same_noun(step), scene), scene), scene), scene), scene)
     return also_named(placed_there(step, scene), scene)
 
 

@@ -1,5 +1,5 @@
-"""Keywords that belong together or apart: "position 14 object 5" is a place and a thing, "green on level 1" a thing and a
-place, "the cookies plus the apple" two things."""
+"""Keywords that belong together or apart: "position 14 object 5" is a place and a thing, "green on level 1" a thing and
+a place, "the cookies plus the apple" two things."""
 
 from __future__ import annotations
 
@@ -17,7 +17,17 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["also_named", "done_by", "headed_by_things", "inverted", "of_those", "parted", "placed_there", "same_noun"]
+__all__ = [
+    "also_named",
+    "done_by",
+    "headed_by_things",
+    "inverted",
+    "of_those",
+    "parted",
+    "placed_there",
+    "released",
+    "same_noun",
+]
 
 _LINKS = frozenset({"plus", "and", "along", "together", "with", "as", "well", "also", "the", "a", "an", "then", ","})
 _JOINING = ({"plus"}, {"as", "well"}, {"along", "with"}, {"together", "with"}, {"and"})
@@ -153,6 +163,32 @@ def also_named(step: LabelledStep, scene: Scene) -> LabelledStep:
         spans.append(KeywordSpan(first.start, last.end, Kind.TARGET, step.text[first.start : last.end]))
         spans.sort(key=lambda s: s.start)
     return replace(step, spans=tuple(spans)) if len(spans) > len(step.spans) else step
+
+
+def released(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Open the gripper to release object 6": a verb that was taken for a part of a name is an action."""
+    out: list[KeywordSpan] = []
+    for s in step.spans:
+        parts = tokens(step.text, s.start, s.end) if s.label is not Kind.ACTION else ()
+        verb = read_verb(parts[0].text, (), scene.library) if len(parts) > 1 else None
+        if (
+            verb is None
+            or verb.corrected
+            or not (verb.is_("opening") or verb.templates)
+            or not _after_to(step, s.start)
+        ):
+            out.append(s)
+            continue
+        if not isinstance(resolve_objects(parts[1:], scene, Talk()), Found):
+            out.append(s)
+            continue
+        out.append(replace(s, label=Kind.ACTION, end=parts[0].end, text=step.text[s.start : parts[0].end]))
+        out.append(replace(s, label=Kind.TARGET, start=parts[1].start, text=step.text[parts[1].start : s.end]))
+    return replace(step, spans=tuple(out)) if len(out) > len(step.spans) else step
+
+
+def _after_to(step: LabelledStep, at: int) -> bool:
+    return [t.text for t in tokens(step.text, 0, at)][-1:] == ["to"]
 
 
 def placed_there(step: LabelledStep, scene: Scene) -> LabelledStep:

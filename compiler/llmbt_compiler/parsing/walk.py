@@ -13,7 +13,7 @@ from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_compiler.keywords.labels import Kind
-from llmbt_compiler.parsing.beside import mentioned, restrictions, unread
+from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses, extents
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.ground import Stop
@@ -212,6 +212,10 @@ class _Walker(Ordering):
             self.complain(
                 "E314", f"`{words}` is named, and what for is not understood", extent, "", "say it in a step of its own"
             )
+        for extent, thing, place in done_before(step, self.scene):
+            if not self.scene.within(self.ledger.where.get(thing), place):
+                title = f"`{extent.cut(step.text)}` is told, and no step does it"
+                self.complain("E314", title, extent, "", "say it in a step of its own")
         for extent in restrictions(step) if asks else ():
             title = f"`{extent.cut(step.text)}` restricts what may be done, which goals cannot say"
             self.complain("E314", title, extent, "", "say which thing is to go where")
