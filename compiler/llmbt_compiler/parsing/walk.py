@@ -201,6 +201,13 @@ class _Walker(Ordering):
             asks = asks or not self.idle
             if self.idle and not self.orders_within(step.text, start, end):
                 self.used.append(Extent(start, end))
+        self.overlooked(step, earlier, asks=asks)
+        if before != (self.ledger.acts, self.targets, self.place):
+            self.turn += 1
+
+    def overlooked(self, step: LabelledStep, earlier: int, *, asks: bool) -> None:
+        """Complain of what the step names or tells and no clause of it made anything of. `earlier` diagnostics are not of
+        this step; `asks`: it is an order."""
         spans = [d.span for d in self.diagnostics[earlier:] if d.span is not None]
         faulty = [Extent(s.column - 1, s.end_column - 1) for s in spans]
         for fault in lacking(step, self.scene, faulty):
@@ -219,8 +226,6 @@ class _Walker(Ordering):
         for extent in restrictions(step) if asks else ():
             title = f"`{extent.cut(step.text)}` restricts what may be done, which goals cannot say"
             self.complain("E314", title, extent, "", "say which thing is to go where")
-        if before != (self.ledger.acts, self.targets, self.place):
-            self.turn += 1
 
     def stands_at(self, step: LabelledStep, extent: Extent) -> bool:
         """Whether words right behind an object say where it stands ("the red block (object 6) in the sorting area")."""
