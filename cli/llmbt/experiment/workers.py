@@ -6,6 +6,7 @@ simply run again.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -85,7 +86,9 @@ def _broken() -> tuple[type[BaseException], ...]:
 def _parallel(tasks: list[T], work: Callable[[T], D], pool: Pool) -> Iterator[D]:
     from joblib import Parallel, delayed
 
-    with _configured(pool):
+    with _configured(pool), warnings.catch_warnings():
+        # loky takes a worker that has grown for a leaking one and puts another in its place; ours keep a world a scene
+        warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given")
         run = Parallel(
             batch_size=1, pre_dispatch="all" if pool.scheduler else "2*n_jobs", return_as="generator_unordered"
         )
