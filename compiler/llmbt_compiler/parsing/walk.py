@@ -206,8 +206,8 @@ class _Walker(Ordering):
             self.turn += 1
 
     def overlooked(self, step: LabelledStep, earlier: int, *, asks: bool) -> None:
-        """Complain of what the step names or tells and no clause made anything of. `earlier` diagnostics are not of this
-        step; `asks`: it is an order."""
+        """Complain of what the step names or tells and no clause made anything of. `earlier` diagnostics are not of
+        this step; `asks`: it is an order."""
         spans = [d.span for d in self.diagnostics[earlier:] if d.span is not None]
         faulty = [Extent(s.column - 1, s.end_column - 1) for s in spans]
         for fault in lacking(step, self.scene, faulty):
