@@ -112,7 +112,10 @@ def _draw(found: Scene, out: Path, camera: str | None, size: str) -> None:
 @click.option("--strict", is_flag=True, help="Warnings count as faults.")
 @json_flag
 def check(name: str, strict: bool, as_json: bool) -> int:
-    """Check SCENE, a shipped one's name or a file: ids used twice, bodies that overlap, places out of reach."""
+    """Check SCENE, a shipped one's name or a file: ids used twice, bodies that overlap, places out of reach.
+
+    Exit code 6 where there are errors; with --strict where there is anything; 1 where the file is no scene.
+    """
     from llmbt.render import print_json, render
 
     found = tuple(_findings(name))
