@@ -72,6 +72,12 @@ def test_what_is_round_has_one_diameter(shape: str, size: str) -> None:
     assert found.span is not None and found.span.line == line_of(changed, f'shape="{shape}"')
 
 
+@pytest.mark.parametrize("value", ["9.5e-1", "nan", "one"])
+def test_which_number_is_none(value: str) -> None:
+    (found,) = faults(text().replace('eye_m="0.95 1.55', f'eye_m="{value} 1.55'))
+    assert found.code == "E006" and found.title.startswith(f"`{value}` in `eye_m` of <Camera> is no plain decimal")
+
+
 def test_a_camera_does_not_look_at_where_it_is() -> None:
     changed = text().replace('target_m="0.27 0.15 0.57"', 'target_m="0.95 1.55 1.35"')
     (found,) = faults(changed)
