@@ -461,8 +461,8 @@ class Grounding:
         return found
 
     def with_noun(self, phrase: Phrase) -> Phrase:
-        """ "From the top level to the middle one", "slot 1 of rack B ... the second one": with the noun of the place that
-        was named before. What the phrase says is remembered."""
+        """ "From the top level to the middle one", "slot 1 of rack B ... the second one": with the noun of the place
+        that was named before. What the phrase says is remembered."""
         lex = lexicon()
         before = [
             s for s in self.now.spans if s.end <= phrase.extent.start and s.label in {Kind.DESTINATION, Kind.LOCATION}

@@ -38,7 +38,8 @@ class Ledger:
     """Standing goals, things in the hand and the last way gone, step by step.
 
     `where` follows the objects through the steps. A later move of an object replaces its earlier one; `moved` counts
-    how often that happened to each, `moves` keeps them all, `vacated` is where `leaver`, the last one that was taken, stood.
+    how often that happened to each, `moves` keeps them all, `vacated` is where `leaver`, the last one that was taken,
+    stood.
     """
 
     where: dict[str, str | None]
