@@ -14,6 +14,7 @@ from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing import Goal, LabelledStep
 from llmbt_compiler.parsing.mentions import mentioned_in
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import rank_of
 from llmbt_compiler.parsing.words import Token, closest, distance, lexicon, singulars, tokens
 from llmbt_ir.diagnostics import Diagnostic, Span
 from llmbt_ir.semantic_map import SemanticMap
@@ -85,6 +86,8 @@ def _known(noun: Token, scene: Scene) -> bool:
     if noun.text in lexicon().known or any(scene.word(noun, m).text or scene.word(noun, m).near for m in (True, False)):
         return True
     if any(distance(noun.text, w) <= 1 for m in (True, False) for w in scene.vocabulary(m) if len(w) > 2):
+        return True
+    if noun.text in lexicon().sizes or rank_of((noun,), 0, 1) is not None:
         return True
     generic = _SORTS | frozenset(lexicon().ordinals) | lexicon().function["vessels"] | lexicon().function["users"]
     return any(form in generic for form in singulars(noun.text)) or bool(closest(noun.text, generic))

@@ -95,6 +95,8 @@ def _nested(head: Sequence[Token], inner: Sequence[Token], scene: Scene, talk: T
     elsewhere = resolve_places(head, scene, talk)
     if isinstance(elsewhere, Fault):
         return found if d.ordinal is not None or d.rank else elsewhere
+    if ANYWHERE in outer.ids:
+        return elsewhere  # "position 11 (any free position would do)"
     if all(scene[i].person and not any(scene.map.containers(i)) for i in elsewhere.ids):
         return elsewhere  # "the person at the desk": the map does not say where people are
     if all(any(scene.within(c, e) for c in outer.ids) for e in elsewhere.ids):

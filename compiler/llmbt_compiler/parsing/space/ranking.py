@@ -50,8 +50,8 @@ class Ranking(Reading):
 
     def ranked_object(self, of: Ranked, words: Sequence[Token], phrase: Phrase) -> Found | Fault | None:
         core, at = of.core, None
-        group = next(g for g in self.clause.groups if phrase in g.phrases)
-        for location in group.locations:
+        group = next((g for g in self.clause.groups if phrase in g.phrases), None)
+        for location in group.locations if group is not None else ():
             at = self.walk.quiet_place(location) if not location.relation and at is None else at
         cut = next((i for i, t in enumerate(core) if i and t.text in {"on", "in", "at", "of"}), None)
         if cut is not None:
