@@ -15,7 +15,7 @@ from typing import Any
 from llmbt_atl.state import domain_of
 from llmbt_compiler.asking import Asked, Slot, edit_for, edited, from_diagnostics, from_model, from_request, restated
 from llmbt_compiler.asking.answer import choose
-from llmbt_compiler.checking import contradictions, moved_all_the_same, open_points, unable, unknown_names
+from llmbt_compiler.checking import contradictions, moved_all_the_same, open_points, too_many, unable, unknown_names
 from llmbt_compiler.parsing import Goal, LabelledStep, Note, ParseResult
 from llmbt_compiler.reasoning.chat import Reply, answerable
 from llmbt_compiler.reasoning.dialogue import Dialogue
@@ -211,7 +211,9 @@ class _Run:
         domain = domain_of(self.context.library, semantic_map)
         found = contradictions(parsed, domain, semantic_map, self.context.where, texts)
         if self.context.stated is None:
-            found = (*found, *moved_all_the_same(self.context.request, parsed.goals, semantic_map, self.context.library))
+            request, library = self.context.request, self.context.library
+            kept = moved_all_the_same(request, parsed.goals, semantic_map, library)
+            found = (*found, *kept, *too_many(request, parsed, semantic_map, library))
         if found:
             raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
 

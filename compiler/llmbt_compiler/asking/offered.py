@@ -63,6 +63,9 @@ def offered(text: str, scene: Scene) -> tuple[tuple[str, ...], bool | None]:
     for found in (among, own, pool):
         if len({m.id for m in found}) > 1:
             return tuple(dict.fromkeys(m.id for m in found)), movable
+    numbers = _numbers(question, movable)
+    if len(numbers) > 1:
+        return numbers, movable
     whole = tuple(dict.fromkeys(m.id for m in pool))
     if len(whole) <= 1 and fits and scene[fits[0]].movable == movable:
         return fits, movable
@@ -95,6 +98,14 @@ def _kind(q: _Question) -> bool | None:
     if many[0] != many[1] or (q.asked is not None and many[0]):
         return many[0]
     return q.scene[q.named[0].id].movable if q.named else None
+
+
+def _numbers(q: _Question, movable: bool) -> tuple[str, ...]:
+    """ "Which of the positions, 12 or 13?": what has these numbers, where each is one thing's alone."""
+    if not any(t.text == "or" for t in q.words):
+        return ()
+    by = [[e.id for e in q.scene.pool(movable) if e.number == t.number] for t in q.words if t.digits]
+    return tuple(dict.fromkeys(found[0] for found in by if len(found) == 1))
 
 
 def _phrase(q: _Question) -> tuple[Token, ...]:

@@ -24,6 +24,7 @@ _TOUCHING = frozenset({"touch", "move", "moving", "touching", "moved", "touched"
 _NOT = frozenset({"not", "dont", "doesnt", "never", "without", "cannot", "cant", "mustnt", "shouldnt", "wont", "isnt"})
 _ENDS = frozenset({".", "!", "?", ";"})
 _LATER = frozenset({"until", "till", "if", "unless", "or", "then", "after", "afterwards", "once", "first", "when"})
+_OTHERS = frozenset({"other", "others", "rest", "remaining", "else", "everything", "nothing", "they", "everybody"})
 _IN = frozenset({"in", "on", "at", "inside"})
 
 
@@ -141,6 +142,8 @@ def _subject(
     pronoun = next((k for k in range(i - 1, begin - 1, -1) if lexicon().is_(words[k].text, "pronouns")), None)
     inside = [s for s in spans if s[0] >= begin]
     last = inside[-1] if inside else None
+    if last is not None and any(t.text in _OTHERS for t in words[last[1] : i]):
+        return (), i
     clause = max((k for k in range(begin, i) if words[k].text in {",", "and", "but"}), default=begin)
     if last is not None and (last[0] >= clause or pronoun is None):
         return _pointed(words, last[0], last[1], last[2], scene, where), last[0]

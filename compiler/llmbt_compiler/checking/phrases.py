@@ -12,12 +12,12 @@ from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene, natural
-from llmbt_compiler.parsing.space.expressions import rank_of, relations
+from llmbt_compiler.parsing.space.expressions import Ranked, rank_of, relations
 from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["Meant", "landmark", "meant_objects"]
+__all__ = ["Meant", "landmark", "meant_objects", "place_named"]
 
 _POINTING = frozenset({"the", "that", "this", "my", "your"})
 _INDEFINITE = frozenset({"a", "an", "some", "one"})
@@ -38,6 +38,9 @@ _ONTO = frozenset({"on", "onto", "in", "into", "to", "next", "beside", "between"
 _MASS = frozenset({"cargo", "good", "everything"})
 _PUTTING = frozenset({"put", "place", "set", "move", "lay", "position", "stand", "shift", "drop", "stow", "store"})
 _FETCHING = frozenset({"pick", "take", "bring", "get", "fetch", "grab", "give", "hand", "want", "need", "collect"})
+_OPENING = frozenset({".", ",", ";", ":", "!", "?", "and", "then"})
+_USES = {"drink": "drink", "eat": "food", "snack": "snack"}
+_SIDE = {"left": "left", "right": "right", "front": "front", "back": "back", "rear": "back"}
 _LONGEST = 5
 
 
@@ -66,7 +69,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
     for i, t in enumerate(words):
         back = named and t.text in {"that", "this"}  # "position 12 ... that block": it points back
         named = named or (t.number is not None and t.digits) or t.text in scene.colours
-        found = _several(words, i, scene, where)
+        found = _several(words, i, scene, where) or _something(words, i, scene) or _colour_alone(words, i, scene)
         if found is not None:
             yield found
             continue
@@ -113,6 +116,31 @@ def landmark(words: Sequence[Token], at: int, scene: Scene) -> Meant | None:
     return Meant(at, max(stop, end), ids)
 
 
+def _something(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
+    """ "Something red", "something to drink"."""
+    if words[i].text != "something" or i + 1 >= len(words):
+        return None
+    use = words[i + 2].text if words[i + 1].text == "to" and i + 2 < len(words) else ""
+    sort, end = (_USES.get(use, ""), i + 3) if use else (words[i + 1].text, i + 2)
+    known = sort in lexicon().sorts or sort in lexicon().shapes or sort in scene.colours
+    ids = tuple(e.id for e in scene.objects if scene.fits(e, sort)) if known else ()
+    return Meant(i, end, tuple(sorted(ids, key=natural))) if ids else None
+
+
+def _colour_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
+    """ "Yellow on position 14": one thing of that colour, since one position is named."""
+    before = words[i - 1].text if i else "."
+    if words[i].text not in scene.colours or not (before in _OPENING or before in _PUTTING) or i + 2 >= len(words):
+        return None
+    if words[i + 1].text not in _ONTO | {"at"}:
+        return None
+    named = next((m for m in mentions_in(words[i + 2 :], scene) if m.start == 0), None)
+    if named is None or scene[named.id].movable or not scene.single(named.id):
+        return None
+    ids = tuple(sorted((e.id for e in scene.objects if words[i].text in e.colour), key=natural))
+    return Meant(i, i + 1, ids)
+
+
 def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
     """ "Two of the green blocks", "both yellow ones", "all three drinks"."""
     if i and (words[i - 1].text in _EXACTLY or _numbers(words[i - 1], scene)):
@@ -136,7 +164,7 @@ def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str 
             return None
         j += 1
     end = next((k + 1 for k in range(j, min(len(words), j + _LONGEST)) if _plural(words[k], scene)), 0)
-    phrase = [t for t in words[j:end] if t.text not in {"ones", ","}]
+    phrase = [t for t in words[j:end] if t.text != "ones"]
     if not end or any(t.text in lexicon().sizes or t.text in lexicon().ordinals or not t.word for t in phrase):
         return None
     if not phrase or rank_of(words, j, end) is not None:
@@ -147,6 +175,9 @@ def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str 
     ids, stop = _there(words, end, found.ids, scene, where)
     if _tells(words, stop, scene) and words[stop].text != "with":
         return None
+    listed = len(phrase) == 1 and words[end - 1].text not in _MASS and stop < len(words) and not words[stop].word
+    if listed and all(scene.fits(e, scene.word(phrase[0], True).text) for e in scene.objects):
+        return None  # "three things: the bread, the milk and the apple"
     return Meant(i, stop, ids, count, exactly)
 
 
@@ -165,7 +196,7 @@ def _numbers(t: Token, scene: Scene) -> bool:
 def _bare(words: Sequence[Token], i: int, scene: Scene) -> bool:
     """Whether a phrase in a telegram's style begins: a colour with no article before it ("red block to level 2")."""
     before = words[i - 1].text if i else "."
-    opens = before in {".", ",", ";", ":", "!", "?", "and", "then", "me", "gimme"} or before in _PUTTING | _FETCHING
+    opens = before in _OPENING | {"me", "gimme"} or before in _PUTTING | _FETCHING
     ranks = words[i].text in lexicon().sizes and rank_of(words, i, i + 1) is not None
     return opens and (words[i].text in scene.colours or ranks)
 
@@ -195,10 +226,10 @@ def _ranked(
     words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
 ) -> Meant | None:
     """ "The second largest block", "the yellow block at the back": what has the rank, all of a tie."""
-    of = rank_of(words, start, end)
+    of = rank_of(words, start, end) or _at_the_side(words, start, end, scene)
     if of is None:
         return None
-    if of.stop > end and not any(t.text in _ONTO for t in words[of.stop :]):
+    if of.stop > end and words[of.stop - 1].text not in _SIDE and not any(t.text in _ONTO for t in words[of.stop :]):
         return None  # "put the red block on the right": it says where to
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
     pool = world.every(of.core, True)
@@ -210,6 +241,24 @@ def _ranked(
     found = world.ranked(of, True, ids, words[start : of.stop], False)
     hit = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
     return Meant(start, of.stop, hit)
+
+
+def _at_the_side(words: Sequence[Token], start: int, end: int, scene: Scene) -> Ranked | None:
+    """ "The block at the very back of the sorting area": of those that stand there."""
+    k = end
+    while k < len(words) and words[k].text in _STANDING:
+        k += 1
+    if k + 2 >= len(words) or words[k].text not in _AT:
+        return None
+    side = next((j for j in range(k + 1, min(k + 5, len(words) - 2)) if words[j].text in _SIDE), None)
+    between = [t.text for t in words[k + 1 : side]] if side is not None else [""]
+    if side is None or not set(between) <= {"the", "very", "far"} or words[side + 1].text not in {"of", "in"}:
+        return None
+    ids, stop = _there(words, side + 1, [e.id for e in scene.objects], scene, {o.id: o.place for o in scene.map.objects})
+    if stop == side + 1 or not ids:
+        return None
+    core = tuple(t for t in words[start:end] if t.text != "one")
+    return Ranked(core, _SIDE[words[side].text], 1, side + 1)
 
 
 def _related(
@@ -286,8 +335,17 @@ def _there(
                 there = tuple(o for o in ids if scene.within(where.get(o), place.ids[0]))
                 if there:
                     return there, begin + 1 + length
-                return tuple(ids), at
     return tuple(ids), at
+
+
+def place_named(words: Sequence[Token], at: int, scene: Scene) -> tuple[str | None, int]:
+    """The one place that is named right here by words that name nothing else, and where they end."""
+    limit = next((k for k in range(at, len(words)) if words[k].text in _ENDING), len(words))
+    for length in range(min(6, limit - at), 0, -1):
+        found = resolve_places(words[at : at + length], scene, Talk())
+        if isinstance(found, Found) and len(found.ids) == 1 and found.ids[0] in {p.id for p in scene.places}:
+            return found.ids[0], at + length
+    return None, at
 
 
 def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:

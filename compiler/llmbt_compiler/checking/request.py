@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.checking.phrases import Meant, meant_objects
+from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
 from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.parsing import Extent, Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
@@ -27,7 +27,7 @@ from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["OpenPoint", "open_points"]
+__all__ = ["OpenPoint", "open_points", "too_many"]
 
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
@@ -38,15 +38,18 @@ _MOVING = frozenset({"move", "put", "place", "shift", "relocate", "transfer", "s
 _TAKING = frozenset({"take", "bring", "get", "fetch", "give", "hand", "grab", "pick", "carry", "set"})
 _SENTENCE_ENDS = frozenset({".", "!", "?", ";", ":"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "at", "under", "inside", "towards"})
+_STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "lies", "lying", "sits", "sitting"})
+_AT = frozenset({"on", "in", "at"})
 _WAYS = frozenset({
     "there", "here", "back", "aside", "together", "apart", "swap", "exchange", "switch", "order", "row", "line", "sort",
     "arrange", "up", "down", "out", "me", "us", "him", "her", "free", "empty", "clear", "over", "off", "original",
 })  # fmt: skip
 _LEFT_OPEN = re.compile(
-    r"\b(?:your (?:own )?(?:discretion|choice|choosing)|up to you|you (?:may |can )?(?:choose|pick|decide)"
-    r"|no (?:particular |special )?preference|whichever|no matter (?:which|what)"
-    r"|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them|(?:does not|doesn['’]?t|no) matter (?:which|where|what)"
-    r"|(?:do not|don['’]?t|dont) (?:care|mind) (?:which|where|what)|all the same|don['’]?t (?:really )?care)\b",
+    r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"
+    r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you|as you (?:like|please|wish)"
+    r"|surprise me|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them|all the same|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
+    r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
+    r"(?P<what>(?:\W+\w+){0,3})",
     re.IGNORECASE,
 )
 """Says that any of them will do."""
@@ -73,6 +76,7 @@ def open_points(
     line = " ".join(request.split())[:2000]
     words = tokens(line)
     return (
+        *_misplaced(words, line, parsed, scene),
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
         *_spots(words, line, parsed.goals, scene),
         *_pronouns(words, line, parsed.goals, scene),
@@ -144,7 +148,8 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
 
 def _nowhere(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """A request that moves something and has no word for where to."""
-    verbs = [i for i, t in enumerate(words) if t.text in _MOVING]
+    away = any(t.text == "away" for t in words)
+    verbs = [i for i, t in enumerate(words) if t.text in _MOVING or (away and t.text in _TAKING)]
     placed = [g.condition for g in goals if g.condition.name == "On" and not g.condition.negated]
     if not verbs or not placed or any(_leads(words, i, scene) for i in range(len(words))):
         return
@@ -163,6 +168,8 @@ def _leads(words: Sequence[Token], i: int, scene: Scene) -> bool:
     if t.number is not None and t.text != "one":
         return True
     after = words[i + 1] if i + 1 < len(words) else None
+    if t.text in _ONTO and [w.text for w in words[i + 1 : i + 3]] in (["my", "way"], ["the", "way"], ["our", "way"]):
+        return False
     if t.text in _ONTO and after is not None and after.word and not (t.text == "to" and after.text in _MOVING):
         return t.text not in {"to", "for"} or not lex.is_(after.text, "me") or after.text in {"me", "us"}
     if t.text in _WAYS or lex.is_(t.text, "users", "relations", "rest", "same", "top", "bottom", "middle"):
@@ -198,6 +205,7 @@ def _points(
     numbered = {i for i in range(len(words) - 1) if _numbered(words, i, scene)}
     named = {e for i in numbered if isinstance(f := _named(words, i, scene), Found) for e in f.ids}
     moved = {a for g in goals for a in g.condition.args}
+    own = {m.id for m in mentions_in(words, scene)}
     spoken_of = set(named)
     phrases = {m.start: m for m in meant_objects(words, request, scene)}
     for i, t in enumerate(words):
@@ -207,19 +215,52 @@ def _points(
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
         if i in phrases:
             phrase = phrases[i]
-            fits = phrase.ids
+            fits = _not_there_yet(phrase, goals, scene)
             taken = (moved & set(fits)) or (said & set(fits))
-            if len(fits) < phrase.count:
+            if len(phrase.ids) < phrase.count:
                 yield OpenPoint(_too_few(words[i : phrase.end], request, phrase))
-            elif len(fits) > len(taken) == phrase.count and not spoken_of & set(fits):
-                if not _LEFT_OPEN.search(request):
+            elif len(fits) > len(taken) == phrase.count and not (spoken_of & set(fits) or taken <= own):
+                if not _left_open(words, request, scene, movable=True):
                     told = _several(words[i : phrase.end], request, fits, sorted(taken))
                     yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
             spoken_of |= set(fits) if len(fits) == 1 else set()
-        if t.text in _HUES and t.text not in scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
+        if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())
             if isinstance(found, Fault) and found.code == "E301":
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
+
+
+def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene) -> Iterator[OpenPoint]:
+    """ "The red block from level 2", where no such thing is: not at the start, and no step brings it there."""
+    where = {o.id: o.place for o in scene.map.objects}
+    for phrase in meant_objects(words, request, scene):
+        begin = phrase.end
+        while begin < len(words) and words[begin].text in _STANDING:
+            begin += 1
+        said = begin < len(words) and (words[begin].text == "from" or (begin > phrase.end and words[begin].text in _AT))
+        place, stop = place_named(words, begin + 1, scene) if said else (None, begin)
+        if place is None:
+            continue
+        moved = {m.place for m in parsed.moves if m.target in phrase.ids}
+        there = {p for i in phrase.ids if (p := where.get(i)) is not None} | moved
+        if not any(scene.within(p, place) for p in there):
+            told = request[words[phrase.start].start : words[stop - 1].end]
+            title = f"the request names what is not there: nothing on {place} is `{told}`"
+            span = _span(words[phrase.start : stop], request)
+            yield OpenPoint(Diagnostic("E142", title, span, "not there", "say where it is", candidates=phrase.ids))
+
+
+def _not_there_yet(phrase: Meant, goals: Sequence[Goal], scene: Scene) -> tuple[str, ...]:
+    """Of what a phrase fits, that which is not yet where the goals bring one of it: what lies in the sorting area is not
+    meant by what is to be taken there."""
+    to = {g.condition.args[1] for g in goals if g.condition.name == "On" and g.condition.args[0] in phrase.ids}
+    where = {o.id: o.place for o in scene.map.objects}
+    (place,) = to if len(to) == 1 else (None,)
+    if place is None or scene.single(place):
+        return phrase.ids
+    moved = {g.condition.args[0] for g in goals if g.condition.name == "On"}
+    left = tuple(i for i in phrase.ids if i in moved or not scene.within(where.get(i), place))
+    return left if len(left) >= phrase.count else phrase.ids
 
 
 def _numbered(words: Sequence[Token], i: int, scene: Scene) -> bool:
@@ -253,9 +294,24 @@ def _span(parts: Sequence[Token], request: str) -> Span:
     return Span("request", 1, extent.start + 1, extent.end + 1, shown if len(shown) <= 2000 else "")
 
 
+def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bool) -> bool:
+    """Whether the request says that any will do: any thing (`movable`), or any place."""
+    for i, t in enumerate(words[:-1]):
+        after = words[i + 1]
+        if t.text == "any" and (scene.word(after, movable).text or not after.word) and not scene.word(after, not movable).text:
+            return True
+    for m in _LEFT_OPEN.finditer(request):
+        of_places = "where" in m.group(0).lower() or any(
+            t.text in scene.generic(False) or t.text in {"side", "end", "level"} for t in tokens(m.group("what"))
+        )
+        if of_places != movable or (not movable and not of_places):
+            return True
+    return False
+
+
 def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """Phrases for places that fit several, of which the goals take one."""
-    if _LEFT_OPEN.search(request):
+    if _left_open(words, request, scene, movable=False):
         return
     placed = [g.condition.args for g in goals if g.condition.name == "On" and not g.condition.negated]
     about = tuple(dict.fromkeys(a[0] for a in placed))
@@ -265,6 +321,26 @@ def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
         if len(phrase.ids) > 1 and len(taken) == 1:
             told = _several(words[phrase.start : phrase.end], request, phrase.ids, taken, "places")
             yield OpenPoint(told, hit[taken[0]][0][1] if len(hit[taken[0]]) == 1 else None)
+
+
+def too_many(request: str, parsed: ParseResult, semantic_map: SemanticMap, library: Library) -> Iterator[Diagnostic]:
+    """E308 where the request brings more things to one container than it has positions, what stays there counted."""
+    scene = Scene(semantic_map, library)
+    line = " ".join(request.split())[:2000]
+    words = tokens(line)
+    moved = {g.condition.args[0] for g in parsed.goals if g.condition.name == "On"}
+    for phrase in meant_objects(words, line, scene):
+        end = next((k for k in range(phrase.end, len(words)) if words[k].text in _SENTENCE_ENDS), len(words))
+        to = next((k for k in range(phrase.end, end) if words[k].text in _ONTO), None)
+        place, stop = place_named(words, to + 1, scene) if to is not None else (None, end)
+        if phrase.count < 2 or place is None or scene.single(place) or "and" in [t.text for t in words[stop:end]]:
+            continue
+        slots = [p.id for p in semantic_map.inside(place) if scene.single(p.id)]
+        stay = [o for o in semantic_map.objects if o.place in slots and o.id not in moved | set(phrase.ids)]
+        if slots and phrase.count + len(stay) > len(slots):
+            title = f"{place} has {len(slots)} positions, and the request wants {phrase.count} things there"
+            label = f"{', '.join(o.id for o in stay)} stays there" if stay else "too many"
+            yield Diagnostic("E308", title, _span(words[phrase.start : stop], line), label, "take another place")
 
 
 def _several(

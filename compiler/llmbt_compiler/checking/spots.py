@@ -98,7 +98,8 @@ def _read(words: Sequence[Token], i: int, scene: Scene) -> _Read | None:
 
 def _an_end(words: Sequence[Token], i: int) -> bool:
     """ "At one end of level 2", "in a corner": which of them?"""
-    return words[i].text in {"a", "an", "one"} and i + 1 < len(words) and words[i + 1].text in _ENDS | _OUTER
+    after = [t.text for t in words[i + 1 : i + 5]]
+    return words[i].text in {"a", "an", "one"} and (set(after[:1]) <= _ENDS | _OUTER or bool(_SURFACES & set(after)))
 
 
 def _ranks(t: Token) -> bool:
@@ -128,7 +129,7 @@ def _noun(t: Token, scene: Scene) -> bool:
 
 def _pool(noun: Token, scene: Scene) -> tuple[str, ...]:
     singles = tuple(p.id for p in scene.places if scene.single(p.id) and not p.person)
-    open_ = tuple(p.id for p in scene.places if not p.person and not scene.map.containers(p.id))
+    open_ = tuple(p.id for p in scene.places if not p.person and not any(scene.map.containers(p.id)))
     if noun.text in _SIDES | _ENDS | _HOLES | scene.generic(False):
         return singles or open_
     if noun.text in _SURFACES:

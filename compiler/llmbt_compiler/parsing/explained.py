@@ -41,7 +41,9 @@ def explanation(step: LabelledStep, scene: Scene) -> Extent | None:
             continue
         if t.text == "(":
             end = next((k for k in range(i, len(line)) if line[k].text == ")"), 0)
-            if end and _remarks(line[i + 1 : end]) and _agrees(line[i + 1 : end], scene, thing):
+            inner = line[i + 1 : end]
+            told = next((r.start for r in relations(inner)), len(inner))
+            if end and _remarks(inner) and _agrees(inner[:told], scene, thing):
                 return Extent(t.start, line[end].end)
             continue
         relative = line[i + 1].text in _RELATIVE and line[i + 2].text in _BEING
@@ -127,7 +129,7 @@ def _agrees(words: Sequence[Token], scene: Scene, thing: str) -> bool:
     entity = scene[thing]
     if entity.movable and any(t.text in scene.colours and t.text not in entity.colour for t in words[:6]):
         return False
-    for t, after in zip(words, [*words[1:], None], strict=True):
+    for t, after in zip(words, [*words[1:], None][: len(words)], strict=True):
         if after is None or after.number is None or not t.word:
             continue
         resolve = resolve_objects if entity.movable else resolve_places
