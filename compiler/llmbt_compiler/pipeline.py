@@ -213,7 +213,7 @@ class _Run:
         if self.context.stated is None:
             request, library = self.context.request, self.context.library
             kept = moved_all_the_same(request, parsed.goals, semantic_map, library)
-            found = (*found, *kept, *too_many(request, parsed, semantic_map, library))
+            found = (*found, *kept, *too_many(request, parsed.goals, semantic_map, library))
         if found:
             raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
 

@@ -1,6 +1,6 @@
-"""What a model's question offers: which of the things that it names are its candidates, and which only tell about them.
+"""What a model's question offers: which of the things that it names are its candidates, and which only tell of them.
 
-"There is a free position on both sides of object 2. Should object 4 go on position 12 or on position 14?" offers the two
+"There is a free position on both sides of object 2. Should object 4 go on position 12 or on position 14?" offers two
 positions.
 """
 
@@ -134,16 +134,18 @@ def _noun(q: _Question) -> bool | None:
 
 
 def _telling(q: _Question) -> tuple[Mention, ...]:
-    """What is named only to tell about others: within the words from "which" to the verb, and right after a relation."""
+    """What is named only to tell of others: within the words from "which" to the verb, and right after a relation."""
     begin = q.asked if q.asked is not None else 0
     within = range(begin, begin + 1 + len(_phrase(q)))
-    return tuple(m for m in q.named if m.start in within or any(_follows(q.words, r.end, m) for r in relations(q.words)))
+    return tuple(m for m in q.named if m.start in within or any(_follows(q, r.end, m) for r in relations(q.words)))
 
 
-def _follows(words: Sequence[Token], at: int, mention: Mention) -> bool:
-    """Whether only small words stand between a relation and what is named."""
+def _follows(q: _Question, at: int, mention: Mention) -> bool:
+    """Whether only the words of a noun phrase stand between a relation and what is named: "next to the red block
+    (object 6)"."""
     return at <= mention.start and all(
-        lexicon().is_(t.text, "articles") or t.text in {"block", "object"} for t in words[at : mention.start]
+        lexicon().is_(t.text, "articles") or t.text == "(" or bool(q.scene.word(t, True).text)
+        for t in q.words[at : mention.start]
     )
 
 

@@ -17,6 +17,8 @@ from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["restated"]
 
+_FETCHING = frozenset({"bring", "fetch", "get", "give", "hand", "pass", "want", "like", "have", "gimme", "need"})
+
 
 def restated(
     request: str, asked: Asked, ids: Sequence[str], semantic_map: SemanticMap, library: Library
@@ -36,7 +38,7 @@ def restated(
             on = "on " if _lacks_preposition(words, phrase, scene) else ""
             yield f"{line[:begin]}{on}{names}{line[words[phrase.end - 1].end :]}"
     if scene[ids[0]].movable:
-        named = _places_named(words, scene)
+        named = _places_named(words, scene) or _who_asks(words, scene)
         known = {m.id for m in mentions_in(words, scene) if scene[m.id].movable} - set(asked.candidates)
         if len(named) == 1 and not known:
             yield f"Put {names} on {named[0].replace('_', ' ')}."
@@ -52,15 +54,19 @@ def _lacks_preposition(words: Sequence[Token], phrase: Meant, scene: Scene) -> b
     return not scene[phrase.ids[0]].movable and before not in {"on", "in", "at", "to", "onto", "into"}
 
 
+def _who_asks(words: Sequence[Token], scene: Scene) -> tuple[str, ...]:
+    """The user, where something is to be brought and nobody says to whom, or "to me"."""
+    fetched = any(t.text in _FETCHING for t in words)
+    return tuple(p.id for p in scene.persons) if fetched and len(scene.persons) == 1 else ()
+
+
 def _places_named(words: Sequence[Token], scene: Scene) -> tuple[str, ...]:
     """The places that a request names by their own names, the innermost alone."""
     found = dict.fromkeys(m.id for m in mentions_in(words, scene) if not scene[m.id].movable)
     return tuple(p for p in found if not any(o != p and scene.within(o, p) for o in found))
 
 
-def _moved(
-    words: Sequence[Token], objects: Sequence[Meant], places: Sequence[Meant], scene: Scene
-) -> tuple[str, ...]:
+def _moved(words: Sequence[Token], objects: Sequence[Meant], places: Sequence[Meant], scene: Scene) -> tuple[str, ...]:
     """What a request is about: the things that it names plainly, those left out that others are to be next to."""
     landmarks = {k for r in relations(words) for k in range(r.start, max(name_end(words, r), r.end + 1))}
     landmarks |= {k for p in places for k in range(p.start, p.end)}

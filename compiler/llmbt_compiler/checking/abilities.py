@@ -10,9 +10,9 @@ from llmbt_ir.diagnostics import Diagnostic, Span
 __all__ = ["unable"]
 
 _CARRYING = frozenset({
-    "pull", "push", "throw", "toss", "drag", "slide", "pack", "unpack", "hang", "lean", "share", "serve", "hide", "pile",
-    "park", "ship", "shove", "squeeze", "plant", "stick", "call", "ring", "light", "sell", "buy", "steal", "assemble",
-    "disassemble", "paste", "fill", "flip",
+    "pull", "push", "throw", "toss", "drag", "slide", "pack", "unpack", "hang", "lean", "share", "serve", "hide",
+    "pile", "park", "ship", "shove", "squeeze", "plant", "stick", "call", "ring", "light", "sell", "buy", "steal", 
+    "assemble", "disassemble", "paste", "fill", "flip",
 })  # fmt: skip
 """Verbs of the lexicon's `other` that may mean that a thing is brought somewhere."""
 _MORE = frozenset({
@@ -53,4 +53,4 @@ def _is_ordered(words: Sequence[Token], i: int) -> bool:
     others = max((k for k, w in enumerate(before) if w in _OTHERS), default=-1)
     if others > said or "so" in before or "that" in before or "which" in before:
         return False
-    return before[-1] in _BEFORE and (before[-1] != "to" or said >= 0) or before[-1] in _MARKS
+    return before[-1] in _MARKS or (before[-1] in _BEFORE and (before[-1] != "to" or said >= 0))

@@ -68,9 +68,7 @@ def _at(place: str, allowed: str, scene: Scene) -> bool:
     return scene.within(place, allowed) or scene.within(allowed, place)
 
 
-def _kept(
-    words: Sequence[Token], line: str, scene: Scene, where: dict[str, str | None]
-) -> Iterator[_Kept]:
+def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str | None]) -> Iterator[_Kept]:
     for i, t in enumerate(words):
         begin, end = _sentence(words, i)
         if any(w.text in _LATER for w in words[begin:end]):
@@ -81,7 +79,10 @@ def _kept(
             subject, start = _subject(words, i, begin, line, scene, where, pointed=pointed)
             if subject:
                 yield _Kept(subject, start, stop, place)
-        elif t.text in {"keeps", "keep"} and [w.text for w in words[i + 1 : i + 3]] in (["its", "place"], ["its", "position"]):
+        elif t.text in {"keeps", "keep"} and [w.text for w in words[i + 1 : i + 3]] in (
+            ["its", "place"],
+            ["its", "position"],
+        ):
             subject, start = _subject(words, i, begin, line, scene, where, pointed=False)
             yield _Kept(subject, start, i + 3)
         elif t.text in _TOUCHING and any(w.text in _NOT for w in words[max(begin, i - 3) : i]):

@@ -12,7 +12,7 @@ from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene, natural
-from llmbt_compiler.parsing.space.expressions import Ranked, rank_of, relations
+from llmbt_compiler.parsing.space.expressions import Ranked, rank_of, relations, side_of
 from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.words import Token, lexicon
@@ -40,7 +40,6 @@ _PUTTING = frozenset({"put", "place", "set", "move", "lay", "position", "stand",
 _FETCHING = frozenset({"pick", "take", "bring", "get", "fetch", "grab", "give", "hand", "want", "need", "collect"})
 _OPENING = frozenset({".", ",", ";", ":", "!", "?", "and", "then"})
 _USES = {"drink": "drink", "eat": "food", "snack": "snack"}
-_SIDE = {"left": "left", "right": "right", "front": "front", "back": "back", "rear": "back"}
 _LONGEST = 5
 
 
@@ -84,9 +83,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
             )
         elif _bare(words, i, scene):
             end = _noun(words, i - 1, scene)
-            found = (
-                _ranked(words, i, end, line, scene, where) or _plain(words, i, end, scene, where) if end else None
-            )
+            found = _ranked(words, i, end, line, scene, where) or _plain(words, i, end, scene, where) if end else None
         if found is not None and found.ids:
             yield replace(found, start=i)
 
@@ -109,7 +106,9 @@ def landmark(words: Sequence[Token], at: int, scene: Scene) -> Meant | None:
         return None
     phrase = [t for t in words[at + 1 : end] if t.text != "one"]
     told = [t for t in phrase if t.text in lexicon().ordinals or t.text in lexicon().sizes]
-    found = resolve_objects((Token("all", words[at].start, words[at].start), *phrase), scene, Talk()) if phrase else None
+    found = (
+        resolve_objects((Token("all", words[at].start, words[at].start), *phrase), scene, Talk()) if phrase else None
+    )
     if not isinstance(found, Found) or told:
         return None
     ids, stop = _there(words, end, found.ids, scene, where)
@@ -153,8 +152,9 @@ def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str 
             return None
         j += 1
     one = [t.text for t in words[j : j + 2]] == ["one", "of"]
-    if j < len(words) and words[j].number is not None and (words[j].text != "one" or one):
-        count, j = int(words[j].number) if words[j].number.isdecimal() else None, j + 1
+    number = words[j].number if j < len(words) else None
+    if number is not None and (words[j].text != "one" or one):
+        count, j = int(number) if number.isdecimal() else None, j + 1
     if count is None or not int(not one) < count < 100:
         return None
     if j < len(words) and words[j].text == "of":
@@ -173,10 +173,11 @@ def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str 
     if not isinstance(found, Found) or found.corrected:
         return None
     ids, stop = _there(words, end, found.ids, scene, where)
+    ids, stop = (ids, stop) if len(ids) >= count else (found.ids, end)  # it says where to
     if _tells(words, stop, scene) and words[stop].text != "with":
         return None
-    listed = len(phrase) == 1 and words[end - 1].text not in _MASS and stop < len(words) and not words[stop].word
-    if listed and all(scene.fits(e, scene.word(phrase[0], True).text) for e in scene.objects):
+    listed = len(phrase) == 1 and end < len(words) and not words[end].word
+    if listed and scene.word(phrase[0], True).text in lexicon().anything:
         return None  # "three things: the bread, the milk and the apple"
     return Meant(i, stop, ids, count, exactly)
 
@@ -210,7 +211,7 @@ def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:
             return j + 1
         if not t.word or lexicon().is_(t.text, "all", "both", "rest", "same") or (t.number and t.text != "one"):
             return 0
-        if t.text in lexicon().ordinals or t.text in lexicon().sizes or rank_of(words, j, j + 1) is not None:
+        if t.text in lexicon().ordinals or t.text in lexicon().sizes or rank_of((t,), 0, 1) is not None:
             continue
         word = scene.word(t, True)
         if not word.text or word.corrected or word.text in _MASS:
@@ -226,10 +227,14 @@ def _ranked(
     words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
 ) -> Meant | None:
     """ "The second largest block", "the yellow block at the back": what has the rank, all of a tie."""
-    of = rank_of(words, start, end) or _at_the_side(words, start, end, scene)
+    of = rank_of(words, start, end) or _side(words, start, end, scene, where)
     if of is None:
         return None
-    if of.stop > end and words[of.stop - 1].text not in _SIDE and not any(t.text in _ONTO for t in words[of.stop :]):
+    if (
+        of.stop > end
+        and [t.text for t in words[of.stop : of.stop + 1]] != ["of"]
+        and not any(t.text in _ONTO for t in words[of.stop :])
+    ):
         return None  # "put the red block on the right": it says where to
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
     pool = world.every(of.core, True)
@@ -243,22 +248,14 @@ def _ranked(
     return Meant(start, of.stop, hit)
 
 
-def _at_the_side(words: Sequence[Token], start: int, end: int, scene: Scene) -> Ranked | None:
+def _side(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Ranked | None:
     """ "The block at the very back of the sorting area": of those that stand there."""
-    k = end
-    while k < len(words) and words[k].text in _STANDING:
-        k += 1
-    if k + 2 >= len(words) or words[k].text not in _AT:
+    of = side_of(words, start, end)
+    if of is None:
         return None
-    side = next((j for j in range(k + 1, min(k + 5, len(words) - 2)) if words[j].text in _SIDE), None)
-    between = [t.text for t in words[k + 1 : side]] if side is not None else [""]
-    if side is None or not set(between) <= {"the", "very", "far"} or words[side + 1].text not in {"of", "in"}:
-        return None
-    ids, stop = _there(words, side + 1, [e.id for e in scene.objects], scene, {o.id: o.place for o in scene.map.objects})
-    if stop == side + 1 or not ids:
-        return None
-    core = tuple(t for t in words[start:end] if t.text != "one")
-    return Ranked(core, _SIDE[words[side].text], 1, side + 1)
+    ids, stop = _there(words, of.stop - 1, [e.id for e in scene.objects], scene, where)
+    core = tuple(t for t in of.core if t.text != "one")
+    return replace(of, core=core, stop=of.stop - 1) if ids and stop >= of.stop else None
 
 
 def _related(

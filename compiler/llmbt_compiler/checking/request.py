@@ -27,7 +27,7 @@ from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["OpenPoint", "open_points", "too_many"]
+__all__ = ["OpenPoint", "open_points"]
 
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
@@ -47,7 +47,7 @@ _WAYS = frozenset({
 _LEFT_OPEN = re.compile(
     r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"
     r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you|as you (?:like|please|wish)"
-    r"|surprise me|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them|all the same|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
+    r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them|all the same|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
     r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
     r"(?P<what>(?:\W+\w+){0,3})",
     re.IGNORECASE,
@@ -185,7 +185,9 @@ def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene
     moved = {g.condition.args[0] for g in goals if g.condition.args}
     phrases = list(meant_objects(words, request, scene))
     for before, (a, b) in pairwise(sentences):
-        it = next((i for i in range(a + 1, b) if words[i].text == "it" and words[i - 1].text in _MOVING | _TAKING), None)
+        it = next(
+            (i for i in range(a + 1, b) if words[i].text == "it" and words[i - 1].text in _MOVING | _TAKING), None
+        )
         told = [t.text for t in words[before[0] : before[1]]]
         if it is None or set(told) & (_MOVING | _TAKING) or "and" not in told:
             continue
@@ -298,7 +300,11 @@ def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: b
     """Whether the request says that any will do: any thing (`movable`), or any place."""
     for i, t in enumerate(words[:-1]):
         after = words[i + 1]
-        if t.text == "any" and (scene.word(after, movable).text or not after.word) and not scene.word(after, not movable).text:
+        if (
+            t.text == "any"
+            and (scene.word(after, movable).text or not after.word)
+            and not scene.word(after, not movable).text
+        ):
             return True
     for m in _LEFT_OPEN.finditer(request):
         of_places = "where" in m.group(0).lower() or any(
@@ -321,26 +327,6 @@ def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
         if len(phrase.ids) > 1 and len(taken) == 1:
             told = _several(words[phrase.start : phrase.end], request, phrase.ids, taken, "places")
             yield OpenPoint(told, hit[taken[0]][0][1] if len(hit[taken[0]]) == 1 else None)
-
-
-def too_many(request: str, parsed: ParseResult, semantic_map: SemanticMap, library: Library) -> Iterator[Diagnostic]:
-    """E308 where the request brings more things to one container than it has positions, what stays there counted."""
-    scene = Scene(semantic_map, library)
-    line = " ".join(request.split())[:2000]
-    words = tokens(line)
-    moved = {g.condition.args[0] for g in parsed.goals if g.condition.name == "On"}
-    for phrase in meant_objects(words, line, scene):
-        end = next((k for k in range(phrase.end, len(words)) if words[k].text in _SENTENCE_ENDS), len(words))
-        to = next((k for k in range(phrase.end, end) if words[k].text in _ONTO), None)
-        place, stop = place_named(words, to + 1, scene) if to is not None else (None, end)
-        if phrase.count < 2 or place is None or scene.single(place) or "and" in [t.text for t in words[stop:end]]:
-            continue
-        slots = [p.id for p in semantic_map.inside(place) if scene.single(p.id)]
-        stay = [o for o in semantic_map.objects if o.place in slots and o.id not in moved | set(phrase.ids)]
-        if slots and phrase.count + len(stay) > len(slots):
-            title = f"{place} has {len(slots)} positions, and the request wants {phrase.count} things there"
-            label = f"{', '.join(o.id for o in stay)} stays there" if stay else "too many"
-            yield Diagnostic("E308", title, _span(words[phrase.start : stop], line), label, "take another place")
 
 
 def _several(

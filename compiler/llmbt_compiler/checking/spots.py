@@ -73,12 +73,13 @@ def meant_places(words: Sequence[Token], line: str, scene: Scene, about: Sequenc
 
 
 def _read(words: Sequence[Token], i: int, scene: Scene) -> _Read | None:
-    begins = words[i].text in _POINTING or _ranks(words[i]) or _an_end(words, i)
-    end = _head(words, i if _ranks(words[i]) else i + 1, scene) if begins else 0
+    bare = _ranks(words[i]) or _bare_side(words, i)
+    begins = words[i].text in _POINTING or bare or _an_end(words, i)
+    end = _head(words, i if bare else i + 1, scene) if begins else 0
     if not end:
         return None
     noun = words[end - 1]
-    first = i if _ranks(words[i]) else i + 1
+    first = i if bare else i + 1
     inside = words[first : end - 1]
     read = _Read(
         i,
@@ -102,6 +103,13 @@ def _an_end(words: Sequence[Token], i: int) -> bool:
     return words[i].text in {"a", "an", "one"} and (set(after[:1]) <= _ENDS | _OUTER or bool(_SURFACES & set(after)))
 
 
+def _bare_side(words: Sequence[Token], i: int) -> bool:
+    """ "Red block -> right end of shelf": a side without an article, after a mark or "to"."""
+    before = words[i - 1] if i else None
+    opens = before is not None and (not before.word or before.text in {"to", "on", "onto", "at", "in"})
+    return opens and words[i].text in {"left", "right", "far"} and before is not None and before.number is None
+
+
 def _ranks(t: Token) -> bool:
     return t.text in _OUTER or t.text in {"leftmost", "rightmost"}
 
@@ -115,8 +123,9 @@ def _head(words: Sequence[Token], first: int, scene: Scene) -> int:
             return j + 1 if _container(words, j + 2, scene)[0] else 0
         if _noun(t, scene) and not (after is not None and (after.number is not None or _noun(after, scene))):
             return j + 1
-        small = t.text in lexicon().ordinals or t.text in _MARKING | _OUTER | _SIDES | {"other", "front", "back", "rear"}
-        if not (small or _ranks(t) or lexicon().is_(t.text, "vacant", "top", "bottom", "middle") or t.digits or t.glued):
+        small = t.text in {*lexicon().ordinals, *_MARKING, *_OUTER, *_SIDES, "other", "front", "back", "rear"}
+        ranked = _ranks(t) or lexicon().is_(t.text, "vacant", "top", "bottom", "middle")
+        if not (small or ranked or t.digits or t.glued):
             return 0
     return 0
 
@@ -192,7 +201,9 @@ def _marks(words: Sequence[Token], relation: Relation, scene: Scene) -> tuple[tu
     if first.end >= len(words) or words[first.end].text != "and":
         return (), relation.end
     second = landmark(words, first.end + 1, scene)
-    return ((*first.ids, *second.ids), second.end) if second is not None and len(second.ids) == 1 else ((), relation.end)
+    if second is None or len(second.ids) != 1:
+        return (), relation.end
+    return (*first.ids, *second.ids), second.end
 
 
 def _container(words: Sequence[Token], at: int, scene: Scene) -> tuple[str | None, int]:

@@ -43,9 +43,9 @@ _THE = frozenset({"the", "my", "your", "our", "a", "an", "some", "that", "this"}
 def unknown_names(
     sentences: Sequence[LabelledStep], goals: Sequence[Goal], semantic_map: SemanticMap, library: Library
 ) -> Iterator[OpenPoint]:
-    """E142 for each thing, and each place to put it, that is a noun after an article or after "bring me", where that noun is no word of
-    the scene, no sort of things, and near to none of either. Its candidates are what the goals are about in its place.
-    A sentence that denies, excepts or offers a choice is passed over."""
+    """E142 for each thing, and each place to put it, that is a noun after an article or after "bring me", where that
+    noun is no word of the scene, no sort of things, and near to none of either. Its candidates are what the
+    goals are about in its place. A sentence that denies, excepts or offers a choice is passed over."""
     scene = Scene(semantic_map, library)
     said = {i for s in sentences for i in mentioned_in(s.text, scene)}
     for sentence in sentences:
@@ -76,10 +76,14 @@ def _noun(line: Sequence[Token], span: KeywordSpan, scene: Scene) -> Token | Non
     if not inside or inside[0] == 0:
         return None
     before = line[inside[0] - 1].text
+    if inside[0] > 1 and line[inside[0] - 2].text in {"of", "like"}:
+        return None  # "the colour of a lemon"
     if before not in _THE and not (len(inside) == 1 and before in _FETCHING):
         return None
     of = next((k for k in inside if line[k].text == "of"), None)
-    if of is not None and len(inside) == 3 and of == inside[1]:  # "a cup of coffee"
+    if of is not None and len(inside) == 3 and of == inside[1]:  # "bring me a cup of coffee"
+        if inside[0] < 2 or line[inside[0] - 2].text not in _FETCHING:
+            return None
         inside = [inside[2]] if lexicon().is_(line[inside[0]].text, "vessels") or line[inside[0]].text in _CUPS else []
     *modifiers, head = inside or [-1]
     if head < 0 or any(_is_name(line[k], scene) for k in modifiers):

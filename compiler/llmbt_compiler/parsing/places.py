@@ -38,6 +38,9 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
     exact = exactly_named(parts, scene.places)
     if len(exact) == 1:
         return Found((exact[0].id,))
+    own = [t for t in parts[:-1] if t.owner and lexicon().is_(t.text, "users")]
+    if own and parts[-1].text in scene.generic(False) and len(scene.persons) == 1:
+        return Found((scene.persons[0].id,))  # "the user's place"
     parts = (*(t for t in parts[:-1] if not (t.owner and lexicon().is_(t.text, "users"))), parts[-1])
     extent = Extent(parts[0].start, parts[-1].end)
     head, inner = split_place(parts, "on", "in", "at", "of", "inside", "within", "from")
