@@ -203,6 +203,10 @@ class _Run:
                 continue
             steps = self.reworded(asked, answer, steps)
             parsed = stage.run(steps, context)
+            restated = self.request_as_step(asked, answer) if not parsed.ok else None
+            if restated is not None:
+                steps = restated
+                parsed = stage.run(steps, context)
 
     def refuse_contradictions(self, parsed: ParseResult) -> None:
         semantic_map = self.context.semantic_map

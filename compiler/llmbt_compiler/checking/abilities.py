@@ -11,7 +11,7 @@ __all__ = ["unable"]
 
 _CARRYING = frozenset({
     "pull", "push", "throw", "toss", "drag", "slide", "pack", "unpack", "hang", "lean", "share", "serve", "hide",
-    "pile", "park", "ship", "shove", "squeeze", "plant", "stick", "call", "ring", "light", "sell", "buy", "steal", 
+    "pile", "park", "ship", "shove", "squeeze", "plant", "stick", "call", "ring", "light", "sell", "buy", "steal",
     "assemble", "disassemble", "paste", "fill", "flip",
 })  # fmt: skip
 """Verbs of the lexicon's `other` that may mean that a thing is brought somewhere."""

@@ -29,7 +29,8 @@ _TELLING = frozenset({
     "sitting", "by", "over", "whichever", "nobody", "you", "i", "we",
 })  # fmt: skip
 _STANDING = frozenset({
-    "that", "which", "is", "thats", "whats", "stands", "standing", "right", "directly", "just", "lies", "lying", "sits", "sitting", "currently", "now", "still",
+    "that", "which", "is", "thats", "whats", "stands", "standing", "right", "directly", "just",
+    "lies", "lying", "sits", "sitting", "currently", "now", "still",
     "located", "stored", "placed", "already",
 })  # fmt: skip
 _AT = frozenset({"on", "in", "at", "from", "of", "off"})
@@ -61,8 +62,8 @@ class Meant:
 
 
 def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[Meant]:
-    """Every phrase like "the green block", "a yellow one", "two of the drinks", "the block in the sorting area" with the
-    objects that it fits; none where what stands after it may tell more than is understood here."""
+    """Every phrase like "the green block", "a yellow one", "two of the drinks", "the block in the sorting area" with
+    the objects that it fits; none where what stands after it may tell more than is understood here."""
     where = {o.id: o.place for o in scene.map.objects}
     named = False
     for i, t in enumerate(words):

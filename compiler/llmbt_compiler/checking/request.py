@@ -46,9 +46,12 @@ _WAYS = frozenset({
 })  # fmt: skip
 _LEFT_OPEN = re.compile(
     r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"
-    r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you|as you (?:like|please|wish)"
-    r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them|all the same|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
-    r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
+    r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
+    r"|as you (?:like|please|wish)"
+    r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them"
+    r"|all the same|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
+    r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)"
+    r"|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
     r"(?P<what>(?:\W+\w+){0,3})",
     re.IGNORECASE,
 )
@@ -221,10 +224,13 @@ def _points(
             taken = (moved & set(fits)) or (said & set(fits))
             if len(phrase.ids) < phrase.count:
                 yield OpenPoint(_too_few(words[i : phrase.end], request, phrase))
-            elif len(fits) > len(taken) == phrase.count and not (spoken_of & set(fits) or taken <= own):
-                if not _left_open(words, request, scene, movable=True):
-                    told = _several(words[i : phrase.end], request, fits, sorted(taken))
-                    yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
+            elif (
+                len(fits) > len(taken) == phrase.count
+                and not (spoken_of & set(fits) or taken <= own)
+                and not _left_open(words, request, scene, movable=True)
+            ):
+                told = _several(words[i : phrase.end], request, fits, sorted(taken))
+                yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
             spoken_of |= set(fits) if len(fits) == 1 else set()
         if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())
@@ -253,8 +259,8 @@ def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene:
 
 
 def _not_there_yet(phrase: Meant, goals: Sequence[Goal], scene: Scene) -> tuple[str, ...]:
-    """Of what a phrase fits, that which is not yet where the goals bring one of it: what lies in the sorting area is not
-    meant by what is to be taken there."""
+    """Of what a phrase fits, that which is not yet where the goals bring one of it: what lies in the sorting area is
+    not meant by what is to be taken there."""
     to = {g.condition.args[1] for g in goals if g.condition.name == "On" and g.condition.args[0] in phrase.ids}
     where = {o.id: o.place for o in scene.map.objects}
     (place,) = to if len(to) == 1 else (None,)

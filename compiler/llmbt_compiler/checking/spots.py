@@ -55,8 +55,8 @@ class _Read:
 
 
 def meant_places(words: Sequence[Token], line: str, scene: Scene, about: Sequence[str] = ()) -> Iterator[Meant]:
-    """Every phrase for a place that needs the map to be understood, with the places that it fits; `about` is what may be
-    moved there, for "the other level"."""
+    """Every phrase for a place that needs the map to be understood, with the places that it fits; `about` is what may
+    be moved there, for "the other level"."""
     where = {o.id: o.place for o in scene.map.objects}
     at = 0
     for i in range(len(words)):

@@ -49,9 +49,10 @@ def explanation(step: LabelledStep, scene: Scene) -> Extent | None:
         relative = line[i + 1].text in _RELATIVE and line[i + 2].text in _BEING
         end = _end(line, i + 1, actions)
         ranks = scene[thing].movable and _a_rank(line, i + 1, end, actions)
-        if not (relative or ranks or (not scene[thing].movable and _a_place(line[i + 1 :], scene))):
+        told = _a_relation(line, i + 1, end, actions) if scene[thing].movable else 0
+        if not (relative or ranks or told or (not scene[thing].movable and _a_place(line[i + 1 :], scene))):
             continue
-        if _agrees(line[i + 1 : end], scene, thing):
+        if _agrees(line[i + 1 : told or end], scene, thing):
             return Extent(t.start, line[end - 1].end)
     return None
 
@@ -110,6 +111,14 @@ def _a_rank(line: Sequence[Token], begin: int, end: int, actions: set[int]) -> b
         return False
     alone = end == len(line) or line[end].text != "," or any(t.start in actions for t in line[end + 1 : end + 3])
     return alone and rank_of(line, begin + 1, min(end, begin + 4)) is not None
+
+
+def _a_relation(line: Sequence[Token], begin: int, end: int, actions: set[int]) -> int:
+    """Where the relation begins in ", the carton next to the water", said about the thing named before; 0: in none."""
+    alone = end == len(line) or line[end].text != "," or any(t.start in actions for t in line[end + 1 : end + 3])
+    if not alone or not lexicon().is_(line[begin].text, "articles") or any(t.text == "and" for t in line[begin:end]):
+        return 0
+    return next((begin + r.start for r in relations(line[begin:end]) if r.start < 5), 0)
 
 
 def _end(line: Sequence[Token], begin: int, actions: set[int]) -> int:

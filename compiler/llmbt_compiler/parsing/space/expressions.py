@@ -181,8 +181,8 @@ def rank_of(tokens: Sequence[Token], start: int, end: int) -> Ranked | None:
 
 
 def side_of(tokens: Sequence[Token], start: int, end: int) -> Ranked | None:
-    """The rank in "the block at the very back of X": where X is a place that things stand on, its last one there. `stop`
-    is where the words for X begin."""
+    """The rank in "the block at the very back of X": where X is a place that things stand on, its last one there.
+    `stop` is where the words for X begin."""
     k = end
     while k < len(tokens) and tokens[k].text in _BEING:
         k += 1
