@@ -35,7 +35,10 @@ def unable(request: str) -> Iterator[Diagnostic]:
     words = tokens(line)
     verbs = (lexicon().verbs["other"] - _CARRYING) | _MORE
     for i, t in enumerate(words[:-1]):
-        if t.text in verbs and words[i + 1].text in _OBJECT and _is_ordered(words, i):
+        switched = t.text in {"turn", "switch"} and words[i + 1].text in {"on", "off"}
+        tidied = t.text == "clean" and words[i + 1].text == "up"
+        has_object = t.text in verbs and words[i + 1].text in _OBJECT and not tidied
+        if (has_object or switched) and _is_ordered(words, i):
             shown = "".join(c if c.isprintable() else " " for c in line)
             span = Span("request", 1, t.start + 1, t.end + 1, shown)
             title = f"the request asks to `{t.text}`, and the robot can only pick things up and put them down"

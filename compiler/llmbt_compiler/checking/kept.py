@@ -21,7 +21,9 @@ __all__ = ["moved_all_the_same"]
 _STAYING = frozenset({"stay", "stays", "remain", "remains", "staying", "remaining"})
 _KEEPING = frozenset({"keep", "keeps", "leave", "leaves", "leaving", "keeping"})
 _TOUCHING = frozenset({"touch", "move", "moving", "touching", "moved", "touched", "moves", "budge", "shift", "disturb"})
-_NOT = frozenset({"not", "dont", "doesnt", "never", "without", "cannot", "cant", "mustnt", "shouldnt", "wont", "isnt"})
+_NOT = frozenset(
+    {"not", "dont", "doesnt", "never", "without", "cannot", "cant", "mustnt", "longer", "shouldnt", "wont", "isnt"}
+)
 _ENDS = frozenset({".", "!", "?", ";"})
 _LATER = frozenset({"until", "till", "if", "unless", "or", "then", "after", "afterwards", "once", "first", "when"})
 _OTHERS = frozenset({"other", "others", "rest", "remaining", "else", "everything", "nothing", "they", "everybody"})
@@ -73,11 +75,12 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
         begin, end = _sentence(words, i)
         if any(w.text in _LATER for w in words[begin:end]):
             continue
-        if t.text in _STAYING:
+        if t.text in _STAYING and not any(w.text in _NOT for w in words[max(begin, i - 3) : i]):
             place, stop = _place(words, i + 1, end, scene)
             pointed = "there" in [w.text for w in words[i + 1 : i + 3]]
             subject, start = _subject(words, i, begin, line, scene, where, pointed=pointed)
-            if subject:
+            said = place is not None or "where" in [w.text for w in words[i : i + 4]]
+            if subject and (said or not lexicon().is_(words[start].text, "pronouns")):
                 yield _Kept(subject, start, stop, place)
         elif t.text in {"keeps", "keep"} and [w.text for w in words[i + 1 : i + 3]] in (
             ["its", "place"],
@@ -143,7 +146,8 @@ def _subject(
     pronoun = next((k for k in range(i - 1, begin - 1, -1) if lexicon().is_(words[k].text, "pronouns")), None)
     inside = [s for s in spans if s[0] >= begin]
     last = inside[-1] if inside else None
-    if last is not None and any(t.text in _OTHERS for t in words[last[1] : i]):
+    between = {t.text for t in words[last[1] : i]} if last is not None else set[str]()
+    if between & _OTHERS or (pronoun is None and between & {"and", ","}):
         return (), i
     clause = max((k for k in range(begin, i) if words[k].text in {",", "and", "but"}), default=begin)
     if last is not None and (last[0] >= clause or pronoun is None):

@@ -42,7 +42,9 @@ _STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "li
 _AT = frozenset({"on", "in", "at"})
 _WAYS = frozenset({
     "there", "here", "back", "aside", "together", "apart", "swap", "exchange", "switch", "order", "row", "line", "sort",
-    "arrange", "up", "down", "out", "me", "us", "him", "her", "free", "empty", "clear", "over", "off", "original",
+    "arrange", "up", "down", "out", "me", "us", "him", "her", "where",
+    "higher", "forward", "forwards", "backward", "backwards", "upwards", "downwards", "free", "empty",
+    "clear", "over", "off", "original",
 })  # fmt: skip
 _LEFT_OPEN = re.compile(
     r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"

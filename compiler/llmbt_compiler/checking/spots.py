@@ -76,7 +76,7 @@ def _read(words: Sequence[Token], i: int, scene: Scene) -> _Read | None:
     bare = _ranks(words[i]) or _bare_side(words, i)
     begins = words[i].text in _POINTING or bare or _an_end(words, i)
     end = _head(words, i if bare else i + 1, scene) if begins else 0
-    if not end:
+    if not end or [t.text for t in words[max(0, i - 1) : i + 2]] == ["in", "the", "end"]:
         return None
     noun = words[end - 1]
     first = i if bare else i + 1
@@ -257,7 +257,8 @@ def _fits(
         return tuple(sorted(dict.fromkeys(ends), key=natural))
     if read.rank is not None:
         return world.ends(pool, read.rank.end, read.rank.rank)
-    return pool if read.vacant or read.level else ()
+    roomy = words[read.end - 1].text in {"space", "place"}  # "the free space on level 2" is any of it
+    return pool if (read.vacant and not roomy) or read.level else ()
 
 
 def _side(read: _Read, words: Sequence[Token]) -> str | None:
