@@ -208,7 +208,7 @@ class _Run:
         self.say("ended", text, result=result, reason=reason)
         if reason:
             self.certified = False
-            self.failures.failure(action.call, reason, observed)
+            self.failures.failure(action.call, reason, observed, report.denies)
             return
         self.failures.success(action.call)
         if self.certified:
@@ -265,6 +265,10 @@ class _Run:
             if not isinstance(anyway, Unsolvable):
                 return self.end(Outcome.ACTION_FAILED, self.failures.told())
             found = anyway
+        if denied := self.failures.denied_in(facts):
+            anyway = self.asked(facts | set(denied), frozenset())
+            if not isinstance(anyway, Unsolvable):
+                return self.end(Outcome.ACTION_FAILED, self.failures.told_of(denied))
         return self.end(Outcome.UNSOLVABLE, found.reason, found.goals)
 
     def goes_on(self, found: Grown) -> bool:

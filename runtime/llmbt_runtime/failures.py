@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from llmbt_atl.state import GroundAction
-from llmbt_ir.condition import ActionCall, Facts
+from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_runtime.world import ActionReport, Status
 
 __all__ = ["Failures", "shortfall"]
@@ -48,6 +48,7 @@ class Failures:
     _reasons: dict[ActionCall, str] = field(default_factory=dict)
     _exclusions: Counter[ActionCall] = field(default_factory=Counter)
     _returns: Counter[Facts] = field(default_factory=Counter)
+    _denied: dict[Condition, ActionCall] = field(default_factory=dict)
 
     def came_back(self, observed: Facts) -> str:
         """Note the state that an action led to; why it is a failure after all where it leads there again and again."""
@@ -60,8 +61,10 @@ class Failures:
         self._in_a_row.pop(call, None)
         self._exclusions.pop(call, None)
 
-    def failure(self, call: ActionCall, reason: str, observed: Facts) -> None:
-        """Note that an action failed."""
+    def failure(self, call: ActionCall, reason: str, observed: Facts, denied: Condition | None = None) -> None:
+        """Note that an action failed, and the fact that its failure speaks against."""
+        if denied is not None:
+            self._denied[denied] = call
         self._in_a_row[call] += 1
         self._in_all[call] += 1
         self._reasons[call] = reason
@@ -77,6 +80,18 @@ class Failures:
             about = {f for f in facts ^ then if set(f.args) & set(call.args)}
             if about and self._exclusions[call] < self.attempts:
                 del self.excluded[call]
+
+    def denied_in(self, facts: Facts) -> tuple[Condition, ...]:
+        """What failures alone speak against, in a state: it holds for nobody's word that a proof could rest on."""
+        self._denied = {c: call for c, call in self._denied.items() if c not in facts}
+        return tuple(sorted(self._denied))
+
+    def told_of(self, denied: tuple[Condition, ...]) -> str:
+        """Which failures speak against what."""
+        said = [
+            f"{self._denied[c]} failed ({self._reasons[self._denied[c]]}), so {c} is taken not to hold" for c in denied
+        ]
+        return f"{'; '.join(said)}, and no plan is left"
 
     def told(self) -> str:
         """The actions that are left out, each with how often it failed and why at last."""

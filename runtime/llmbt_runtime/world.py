@@ -33,12 +33,14 @@ class Status(StrEnum):
 class ActionReport:
     """How the running action stands. `reason` is a code, as `dropped_on_the_way`; `blocker` the body in the way.
 
-    An action that was halted ends with IDLE and the reason `halted`.
+    An action that was halted ends with IDLE and the reason `halted`. `denies`: a fact that the failure speaks against;
+    the world leaves it out of what it tells, for as long as nothing changes about it.
     """
 
     status: Status
     reason: str = ""
     blocker: str | None = None
+    denies: Condition | None = None
 
 
 @dataclass(frozen=True, slots=True)

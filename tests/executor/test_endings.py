@@ -173,6 +173,30 @@ def test_unsolvable_is_said_where_it_is_so_though_an_action_failed() -> None:
     assert ended(problem, Stubborn).outcome is Outcome.ACTION_FAILED
 
 
+def test_what_only_a_failure_speaks_against_proves_nothing() -> None:
+    """No room for the one thing that was held over a place is no proof that there is none."""
+
+    class Full(SymbolicWorld):
+        def advance(self) -> ActionReport:
+            report = super().advance()
+            if report.status is not Status.SUCCESS:
+                return report
+            self._state.become(self.before - {C("room")})
+            return ActionReport(Status.FAILURE, "no_free_buffer", denies=C("room"))
+
+        def start(self, action: ActionCall) -> None:
+            self.before = self.truth()
+            super().start(action)
+
+    problem = Strips(
+        (Op("put", (), (C("room"),), frozenset({C("done")}), frozenset()),), frozenset({C("room")}), ((C("done"),),)
+    )
+    found = ended(problem, Full)
+    assert found.outcome is Outcome.ACTION_FAILED
+    assert found.reason == "put failed (no_free_buffer), so room is taken not to hold, and no plan is left"
+    assert ended(problem, SymbolicWorld, (Event(0, frozenset({C("room")}), frozenset()),)).outcome is Outcome.UNSOLVABLE
+
+
 GO = Strips((Op("go", (), (), frozenset({C("there")}), frozenset()),), frozenset(), ((C("there"),),))
 
 

@@ -60,11 +60,7 @@ def test_the_map_of_the_cameras_is_the_scenes_own(name: str) -> None:
     assert found.places == own.places
     plain = [(o.id, o.name, o.type, o.colour, o.shape, o.size_m, o.place) for o in found.objects]
     assert plain == [(o.id, o.name, o.type, o.colour, o.shape, o.size_m, o.place) for o in own.objects]
-    off = off_m(found, start(scene))
-    assert off.pop("milk" if name == "household_milk" else "", 0.0) < 0.02, (
-        "half hidden, 6 mm behind a box: a known limit"
-    )
-    assert max(off.values()) < 0.003
+    assert max(off_m(found, start(scene)).values()) < 0.003
     assert parse_map(write_map(found)).objects == parse_map(write_map(replace(found, source="x"))).objects
 
 
@@ -144,6 +140,18 @@ def test_what_nobody_declared_is_an_obstacle_and_keeps_its_name() -> None:
     poses = {**start(scene), "object_1": Pose((0.44, 0.18, 0.4825))}
     second = recognise(seen(scene, poses), told, first)
     assert next(o for o in second.objects if o.id == fresh).place == "position_11"
+
+
+@pytest.mark.parametrize("gap_m", [0.012, 0.02])
+def test_what_is_half_hidden_lies_behind_what_hides_it(gap_m: float) -> None:
+    """No camera sees the sides of the juice across which it may slide and look the same: it ends where what is seen of
+    it ends, and what is not seen of it is behind the box."""
+    scene = load_scene("household_milk")
+    scene = replace(scene, cameras=scene.cameras[:3])
+    x, y, z = start(scene)["box"].xyz_m
+    juice = Pose((x + 0.06 + gap_m, y, start(scene)["juice"].xyz_m[2]), quat_from_yaw(0.05))
+    poses = {"box": Pose((x, y, z)), "juice": juice}
+    assert max(off_m(recognise(seen(scene, poses), scene), poses).values()) < 0.003
 
 
 def test_a_parked_obstacle_is_known_when_it_turns_up() -> None:

@@ -50,8 +50,11 @@ class Detection:
         return self.fits[0] if self.fits else self.measured
 
 
-def detect(cluster: PointCloud, scene: Scene, known: Sequence[Candidate], capture: Capture) -> list[Detection]:
-    """What a cluster of a capture shows: one thing, or several of known geometry and colour that touch."""
+def detect(
+    cluster: PointCloud, scene: Scene, known: Sequence[Candidate], capture: Capture, every: Array
+) -> list[Detection]:
+    """What a cluster of a capture shows: one thing, or several of known geometry and colour that touch. `every`: all
+    points about, those of fixtures among them."""
     xyz, gripper = cluster.xyz_m, capture.gripper
     held = gripper is not None and gripper.gripping and _at(gripper, xyz)
     support = None if held else support_under(xyz, scene)
@@ -59,7 +62,7 @@ def detect(cluster: PointCloud, scene: Scene, known: Sequence[Candidate], captur
         return []  # the robot, whose joints nobody has told
     measured = measure(xyz, support)
     stock = Counter(c.geometry for c in known if not capture.coloured or may_be_in(c, cluster.rgb))
-    fits = explain(xyz, measured, support, stock)
+    fits = explain(xyz, measured, support, stock, every)
     if fits:
         return [_seen(cluster, tuple(fits), measured, capture, held=held)]
     several = split(xyz, support, stock)

@@ -83,16 +83,18 @@ def measure(points: Array, support_m: float | None) -> Fit:
     top = top_of(points)
     bottom = support_m if support_m is not None else float(np.percentile(points[:, 2], 1))
     height = max(top - bottom, _LEAST_M)
-    found = [_box(points, bottom, height)]
-    found += [f for f in (_standing(points, bottom, height), _lying(points, bottom), _ball(points)) if f is not None]
+    seen = footprint(points)
+    found = [_box(points, seen, bottom, height)]
+    found += [
+        f for f in (_standing(points, bottom, height), _lying(points, seen, bottom), _ball(points)) if f is not None
+    ]
     box, *round_ = found
     best = min(round_, key=lambda f: f.off_m, default=box)
     return best if best.off_m < _ROUND_UP_TO * box.off_m else box
 
 
-def _box(points: Array, bottom: float, height: float) -> Fit:
+def _box(points: Array, seen: Footprint, bottom: float, height: float) -> Fit:
     """Sides from the points of the faces where a face is seen, else from where the top ends."""
-    seen = footprint(points)
     cx, cy = seen.centre
     yaw, size = seen.yaw_rad, seen.size_m
     for _ in range(2):
@@ -130,9 +132,8 @@ def _standing(points: Array, bottom: float, height: float) -> Fit | None:
     return fit(geometry, next(orientations(geometry)), np.array([*circle[:2], bottom + height / 2, 0.0]), points)
 
 
-def _lying(points: Array, bottom: float) -> Fit | None:
+def _lying(points: Array, seen: Footprint, bottom: float) -> Fit | None:
     """A cylinder on its side: a circle that touches the support, across one of the sides of the footprint."""
-    seen = footprint(points)
     found = []
     for turn in (0.0, math.pi / 2):
         yaw = seen.yaw_rad + turn

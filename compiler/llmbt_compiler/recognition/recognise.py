@@ -61,16 +61,17 @@ def detections(
         ("robot", lambda c: segment.without_robot(c, capture.robot)),
         ("thin", segment.thin),
     )
-    cloud = capture.cloud
+    cloud = every = capture.cloud
     for name, step in steps:
         clock = time.perf_counter()
         cloud = step(cloud)
+        every = cloud if name == "crop" else every
         observe(name, time.perf_counter() - clock)
     clock = time.perf_counter()
     found = clusters(cloud)
     observe("cluster", time.perf_counter() - clock)
     clock = time.perf_counter()
-    seen = [d for c in found for d in detect(c, scene, known, capture)]
+    seen = [d for c in found for d in detect(c, scene, known, capture, every.xyz_m)]
     seen = without_fragments(seen)
     observe("detect", time.perf_counter() - clock)
     return seen

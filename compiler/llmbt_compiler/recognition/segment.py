@@ -11,47 +11,39 @@ from numpy.typing import NDArray
 from llmbt_compiler.recognition.open3d import open3d
 from llmbt_ir.capture import PointCloud
 from llmbt_ir.scene import Fixture, Scene
+from llmbt_ir.workspace import workspace
 
 __all__ = ["crop", "thin", "without_fixtures", "without_robot"]
 
 Array = NDArray[np.float64]
 
 VOXEL_M = 0.003
-_AROUND_M = 0.05
-_ABOVE_M = 0.6
 _FIXTURE_M = 0.005
 """Points so near to a fixture are its own: three standard deviations of a depth sensor's noise."""
 _ROBOT_M = 0.008
-_GROUND_M = 0.0
 
 
 def crop(cloud: PointCloud, scene: Scene) -> PointCloud:
     """The points over the scene's fixtures and places, up to some height; points that are no numbers go."""
-    boxes = [(f.xyz_m[:2], f.size_m[:2], f.top_m) for f in scene.fixtures]
-    boxes += [(p.surface_m[:2], p.size_m, p.surface_m[2]) for p in scene.places if p.surface_m is not None]
-    if not boxes:
-        return cloud.take(np.flatnonzero(np.isfinite(cloud.xyz_m).all(axis=1)))
-    centre, size = np.array([b[0] for b in boxes]), np.array([b[1] for b in boxes])
-    low = (centre - size / 2).min(axis=0) - _AROUND_M
-    high = (centre + size / 2).max(axis=0) + _AROUND_M
-    top = max(b[2] for b in boxes) + _ABOVE_M
-    x, y, z = cloud.xyz_m.T
+    low, high = workspace(scene)
+    inside = np.ones(len(cloud), dtype=bool)
     with np.errstate(invalid="ignore"):
-        inside = (x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1])
-        inside &= (z > _GROUND_M + _FIXTURE_M) & (z < top)
+        for axis in range(3):
+            along = cloud.xyz_m[:, axis]
+            inside &= (along > low[axis]) & (along < high[axis])
     return cloud.take(inside)
 
 
 def without_fixtures(cloud: PointCloud, fixtures: Iterable[Fixture]) -> PointCloud:
     """The points that are neither in a fixture nor on its surface."""
-    xyz = cloud.xyz_m
-    keep = np.ones(len(xyz), dtype=bool)
+    left = np.arange(len(cloud))
     for f in fixtures:
-        inside = np.ones(len(xyz), dtype=bool)
-        for axis in range(3):
-            inside &= np.abs(xyz[:, axis] - f.xyz_m[axis]) <= f.size_m[axis] / 2 + _FIXTURE_M
-        keep &= ~inside
-    return cloud.take(keep)
+        within = left
+        for axis in (2, 0, 1):
+            off = np.abs(cloud.xyz_m[within, axis] - f.xyz_m[axis])
+            within = within[off <= f.size_m[axis] / 2 + _FIXTURE_M]
+        left = np.setdiff1d(left, within, assume_unique=True)
+    return cloud.take(left)
 
 
 def without_robot(cloud: PointCloud, links: Iterable[Array]) -> PointCloud:
@@ -59,12 +51,14 @@ def without_robot(cloud: PointCloud, links: Iterable[Array]) -> PointCloud:
 
     Hulls are taken in 26 directions, a little wide.
     """
-    along = cloud.xyz_m @ _DIRECTIONS.T
-    keep = np.ones(len(along), dtype=bool)
+    keep = np.ones(len(cloud), dtype=bool)
     for vertices in links:
         ends = (vertices @ _DIRECTIONS.T).max(axis=0) + _ROBOT_M
-        near = np.flatnonzero((along[:, :6] <= ends[:6]).all(axis=1))
-        keep[near[(along[near, 6:] <= ends[6:]).all(axis=1)]] = False
+        near = np.arange(len(cloud))
+        for axis in range(3):
+            along = cloud.xyz_m[near, axis]
+            near = near[(along <= vertices[:, axis].max() + _ROBOT_M) & (along >= vertices[:, axis].min() - _ROBOT_M)]
+        keep[near[(cloud.xyz_m[near] @ _DIRECTIONS.T <= ends).all(axis=1)]] = False
     return cloud.take(keep)
 
 

@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 _HUBER_M = 0.003
 _ROUNDS = 12
 _STILL = 5e-5
+_DAMPING = 0.005
+"""Of each step, in shares of the points: a direction that fewer of them tell of is hardly gone."""
 _MOST_POINTS = 350
 
 
@@ -126,7 +128,8 @@ def _residual(geometry: Geometry, turn: Array, pose: Array, points: Array) -> Ar
 def fit(geometry: Geometry, upright: Upright, start: Array, points: Array, *, free: tuple[int, ...] = (0, 1, 3)) -> Fit:
     """The pose nearest to `start` (x, y, z, yaw) that brings a solid's surface to the points (N x 3, world).
 
-    Gauss-Newton on the distances with Huber weights; of the four numbers only those in `free` change.
+    Levenberg-Marquardt on the distances with Huber weights; of the four numbers only those in `free` change. Where the
+    points say nothing of a direction, the solid stays where it was started.
     """
     few = points[:: max(1, len(points) // _MOST_POINTS)]
     pose = np.array(start, dtype=np.float64)
@@ -134,6 +137,8 @@ def fit(geometry: Geometry, upright: Upright, start: Array, points: Array, *, fr
     if geometry.kind is Kind.SPHERE or (geometry.kind is Kind.CYLINDER and upright.turn == _AS_IS):
         free = tuple(i for i in free if i != 3)
     steps = np.array([1e-4, 1e-4, 1e-4, 1e-3])
+    arm = float(np.hypot(*upright.extents_m[:2])) / 2
+    damping = _DAMPING * len(few) * np.array([1.0, 1.0, 1.0, arm**2])[list(free)]
     for _ in range(_ROUNDS):
         r = _residual(geometry, turn, pose, few)
         slopes = np.empty((len(few), len(free)))
@@ -142,7 +147,7 @@ def fit(geometry: Geometry, upright: Upright, start: Array, points: Array, *, fr
             moved[i] += steps[i]
             slopes[:, k] = (_residual(geometry, turn, moved, few) - r) / steps[i]
         weights = np.minimum(1.0, _HUBER_M / np.maximum(np.abs(r), 1e-9))
-        normal = slopes.T @ (slopes * weights[:, None]) + np.diag([1e-9 * len(few)] * len(free))
+        normal = slopes.T @ (slopes * weights[:, None]) + np.diag(damping)
         step = -np.linalg.solve(normal, slopes.T @ (weights * r))
         for k, i in enumerate(free):
             pose[i] += np.clip(step[k], *((-0.3, 0.3) if i == 3 else (-0.02, 0.02)))

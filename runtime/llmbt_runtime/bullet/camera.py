@@ -44,11 +44,11 @@ class Snapshot:
 
 
 class _Shadow:
-    """A scene as it is to be seen, in a client of its own."""
+    """A scene as it is to be seen, in a client of its own; `detailed` for people, else without the room around."""
 
     def __init__(self, scene: Scene, *, detailed: bool, window: bool = False) -> None:
         self.client = client = BulletClient(window=window)
-        self._fixtures = add_fixtures(client, scene, visible=True)
+        self._fixtures = add_fixtures(client, scene, visible=True) if detailed else {}
         if detailed:
             mark_slots(client, scene)
         loaded = load_robot(client, scene, visible=detailed)
@@ -64,36 +64,64 @@ class _Shadow:
         for i, (id_, body) in enumerate(self._bodies.items()):
             pose = snapshot.poses.get(id_, Pose((90.0 + i, 90.0, 0.0)))
             client.resetBasePositionAndOrientation(body, pose.xyz_m, pose.quat_xyzw)
-        for id_, xyz in snapshot.pushed.items():
+        for id_, xyz in snapshot.pushed.items() if self._fixtures else ():
             client.resetBasePositionAndOrientation(self._fixtures[id_], xyz, (0, 0, 0, 1))
 
     def paint(self, id_: str, rgb: Vec3) -> None:
         """Give a body a colour."""
         self.client.changeVisualShape(self._bodies[id_], -1, rgbaColor=(*rgb, 1.0))
 
-    def image(self, camera: Camera, width: int, height: int) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+    def image(self, camera: Camera, width: int, height: int) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Colours (height x width x 3) and what Bullet keeps of the depth (height x width, in [0, 1])."""
-        client = self.client
-        view = client.computeViewMatrix(camera.eye_m, camera.target_m, (0, 0, 1))
-        projection = list(client.computeProjectionMatrixFOV(camera.fov_deg, width / height, _NEAR_M, _FAR_M))
-        # the renderer samples a pixel at its lower left corner: half a pixel aside, it is at the centre
-        projection[8] += 1 / width
-        projection[9] += 1 / height
-        image = client.getCameraImage(
-            width,
-            height,
-            view,
-            projection,
-            lightDirection=(0.6, 0.9, 1.6),
-            shadow=int(self._detailed),
-            lightAmbientCoeff=0.55,
-            lightDiffuseCoeff=0.5,
-            lightSpecularCoeff=0.05,
-            renderer=client.ER_TINY_RENDERER,
-        )
-        rgba = np.reshape(np.asarray(image[2], dtype=np.uint8), (height, width, 4))
-        depth = np.reshape(np.asarray(image[3], dtype=np.float64), (height, width))
-        return np.ascontiguousarray(rgba[:, :, :3]), depth
+        return _image(self.client, camera, width, height, shadow=self._detailed)
+
+
+def _image(
+    client: BulletClient, camera: Camera, width: int, height: int, *, shadow: bool
+) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    view = client.computeViewMatrix(camera.eye_m, camera.target_m, (0, 0, 1))
+    projection = list(client.computeProjectionMatrixFOV(camera.fov_deg, width / height, _NEAR_M, _FAR_M))
+    # the renderer samples a pixel at its lower left corner: half a pixel aside, it is at the centre
+    projection[8] += 1 / width
+    projection[9] += 1 / height
+    image = client.getCameraImage(
+        width,
+        height,
+        view,
+        projection,
+        lightDirection=(0.6, 0.9, 1.6),
+        shadow=int(shadow),
+        lightAmbientCoeff=0.55,
+        lightDiffuseCoeff=0.5,
+        lightSpecularCoeff=0.05,
+        renderer=client.ER_TINY_RENDERER,
+    )
+    rgba = np.reshape(np.asarray(image[2], dtype=np.uint8), (height, width, 4))
+    depth = np.reshape(np.asarray(image[3], dtype=np.float32), (height, width))
+    return np.ascontiguousarray(rgba[:, :, :3]), depth
+
+
+class _Room:
+    """The floor and the fixtures, which are drawn once for each view, and again only once some were pushed."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.client = BulletClient()
+        self._fixtures = add_fixtures(self.client, scene, visible=True)
+        self._pushed: dict[str, Vec3] = {}
+        self._images: dict[tuple[Camera, int, int], tuple[NDArray[np.uint8], NDArray[np.float32]]] = {}
+
+    def image(
+        self, pushed: Mapping[str, Vec3], camera: Camera, width: int, height: int
+    ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """As `_image` has it; not to be written to."""
+        if pushed != self._pushed:
+            self._pushed, self._images = dict(pushed), {}
+            for id_, xyz in pushed.items():
+                self.client.resetBasePositionAndOrientation(self._fixtures[id_], xyz, (0, 0, 0, 1))
+        key = camera, width, height
+        if key not in self._images:
+            self._images[key] = _image(self.client, camera, width, height, shadow=False)
+        return self._images[key]
 
 
 class Renderer:
@@ -134,7 +162,7 @@ class DepthCameras:
     """
 
     def __init__(self, scene: Scene, paint: Mapping[str, Vec3] | None = None) -> None:
-        self._shadow = _Shadow(scene, detailed=False)
+        self._shadow, self._room = _Shadow(scene, detailed=False), _Room(scene)
         for id_, rgb in (paint or {}).items():
             self._shadow.paint(id_, rgb)
         self._links = _links(self._shadow.client, self._shadow.robot)
@@ -143,8 +171,11 @@ class DepthCameras:
         """What a camera sees, at a part of its resolution."""
         self._shadow.set(snapshot)
         width, height = max(1, round(camera.width_px * scale)), max(1, round(camera.height_px * scale))
-        rgb, stored = self._shadow.image(camera, width, height)
+        rgb, near = self._shadow.image(camera, width, height)
+        behind, far = self._room.image(snapshot.pushed, camera, width, height)
+        stored = np.minimum(near, far).astype(np.float64)
         depth = _FAR_M * _NEAR_M / (_FAR_M - (_FAR_M - _NEAR_M) * stored)
+        rgb = np.where((near <= far)[:, :, None], rgb, behind)
         return RgbdImage(camera, rgb, np.where(stored < 1.0, depth, np.inf))
 
     def robot(self, snapshot: Snapshot) -> tuple[NDArray[np.float64], ...]:
@@ -171,6 +202,7 @@ class DepthCameras:
     def close(self) -> None:
         """Disconnect."""
         self._shadow.client.close()
+        self._room.client.close()
 
 
 def _links(client: BulletClient, robot: int) -> dict[int, NDArray[np.float64]]:

@@ -226,7 +226,7 @@ class BulletWorld:
         except StopIteration:
             self._outcome = ActionReport(Status.SUCCESS)
         except SkillError as fault:
-            self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker)
+            self._outcome = ActionReport(Status.FAILURE, fault.reason, fault.blocker, fault.denies)
             if fault.denies is not None:
                 self._beliefs.deny(fault.denies, (self._seen or self._bench).sensed)
         if self._outcome is not None:

@@ -14,6 +14,7 @@ from llmbt_ir.capture import Capture
 from llmbt_ir.geometry import Pose
 from llmbt_ir.scene import Scene
 from llmbt_ir.semantic_map import SemanticMap
+from llmbt_ir.workspace import workspace
 from llmbt_runtime.perception.belief import Sight, Standing, Thing, looked_for, revised, sight_of
 from llmbt_runtime.perception.rgbd import cloud_of
 from llmbt_runtime.perception.sensors import Sensors, capture_of
@@ -58,7 +59,7 @@ class Eyes:
         seen to have slipped."""
         scene = self.scene()
         images = tuple(self.sensors.look(c) for c in self.sensors.cameras)
-        capture = capture_of(self.sensors, {i.camera.id: cloud_of(i) for i in images})
+        capture = capture_of(self.sensors, {i.camera.id: cloud_of(i, workspace(scene)) for i in images})
         before = self.things
         found = self.recognise(capture, scene, self._map(scene))
         declared = {b.id for b in (*scene.objects, *scene.obstacles)}

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from llmbt_ir.capture import PointCloud
+from llmbt_ir.geometry import Vec3
 from llmbt_ir.scene import Camera
 
-__all__ = ["RgbdImage", "cloud_of", "noisy", "points_of", "project"]
+__all__ = ["Region", "RgbdImage", "cloud_of", "noisy", "points_of", "project"]
 
 Array = NDArray[np.float64]
+Region = tuple[Vec3, Vec3]
+"""The lowest and the highest corner of a box along the world's axes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,23 +45,42 @@ def _tangents(camera: Camera, width: int, height: int) -> tuple[float, float]:
     return up * width / height, up
 
 
-def cloud_of(image: RgbdImage) -> PointCloud:
-    """The points of an image, in the world."""
-    v, u = np.nonzero(np.isfinite(image.depth_m))
+@lru_cache(maxsize=64)
+def _rays(camera: Camera, width: int, height: int) -> Array:
+    """What a step of one along the optical axis is for each pixel (height x width x 3, world).
+
+    A pixel's ray goes through its centre, half a pixel from its corner.
+    """
+    across, up = _tangents(camera, width, height)
+    x = ((np.arange(width) + 0.5) / width * 2 - 1) * across
+    y = (1 - (np.arange(height) + 0.5) / height * 2) * up
+    right, above, ahead = _axes(camera)
+    rays = x[None, :, None] * right + y[:, None, None] * above + ahead
+    rays.flags.writeable = False
+    return np.asarray(rays)
+
+
+def cloud_of(image: RgbdImage, within: Region | None = None) -> PointCloud:
+    """The points of an image, in the world; those of a region, if one is given, and perhaps some around it."""
+    seen = np.isfinite(image.depth_m)
+    if within is not None:
+        height, width = image.depth_m.shape
+        rays = _rays(image.camera, width, height)
+        for axis in (2, 0, 1):
+            along = image.depth_m * rays[:, :, axis]
+            along += image.camera.eye_m[axis]
+            seen &= (along > within[0][axis]) & (along < within[1][axis])
+    v, u = np.nonzero(seen)
     return PointCloud(points_of(image, u, v), image.rgb[v, u].astype(np.float64) / 255)
 
 
 def points_of(image: RgbdImage, u: NDArray[np.int64], v: NDArray[np.int64]) -> Array:
-    """What some pixels show (columns and rows, N each; the points N x 3, world). A pixel's ray goes through its centre,
-    half a pixel from its corner."""
+    """What some pixels show (columns and rows, N each; the points N x 3, world)."""
     height, width = image.depth_m.shape
-    across, up = _tangents(image.camera, width, height)
-    x = ((np.arange(width) + 0.5) / width * 2 - 1) * across
-    y = (1 - (np.arange(height) + 0.5) / height * 2) * up
-    depth = image.depth_m[v, u]
-    right, above, ahead = _axes(image.camera)
-    along_x, along_y = (x[u] * depth)[:, None], (y[v] * depth)[:, None]
-    return np.asarray(along_x * right + along_y * above + depth[:, None] * ahead + np.asarray(image.camera.eye_m))
+    points = _rays(image.camera, width, height)[v, u]
+    points *= image.depth_m[v, u][:, None]
+    points += image.camera.eye_m
+    return points
 
 
 def project(camera: Camera, xyz_m: Array, width: int, height: int) -> tuple[NDArray[np.int64], Array]:

@@ -48,7 +48,15 @@ def unreachable(task: Task, facts: Facts, goal: Condition, excluded: frozenset[A
             said.append("which is a circle")
             break
         seen.add(here)
-    return f"{goal} cannot be reached from here: {', '.join(said)}"
+    return f"{goal} cannot be reached from here: {', '.join(said)}{_unknown(task.domain, facts, goal)}"
+
+
+def _unknown(domain: Domain, facts: Facts, goal: Condition) -> str:
+    """That of what a goal is about nothing is known, where its state variable has no value: it is gone."""
+    for variable, key in domain.variables_of(goal.fact):
+        if key and not any((variable, key) in domain.variables_of(f) for f in facts):
+            return f"; no `{variable.name}` of {' '.join(key)} is known"
+    return ""
 
 
 def _literal(task: Task, p: int) -> Condition:
