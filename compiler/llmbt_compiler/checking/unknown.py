@@ -36,6 +36,7 @@ _SORTS = frozenset({
 })  # fmt: skip
 _TURNING = ("negation", "except", "instead", "conditional")
 _FETCHING = frozenset({"me", "us", "bring", "fetch", "get", "grab", "want"})
+_LEADING = _FETCHING | {"put", "place", "move", "take", "give", "in", "on", "into", "onto", "to", "inside"}
 _CUPS = frozenset({"cup", "glass", "mug", "slice", "piece", "bowl", "plate", "portion", "bar"})
 _THE = frozenset({"the", "my", "your", "our", "a", "an", "some", "that", "this"})
 
@@ -86,7 +87,9 @@ def _noun(line: Sequence[Token], span: KeywordSpan, scene: Scene) -> Token | Non
             return None
         inside = [inside[2]] if lexicon().is_(line[inside[0]].text, "vessels") or line[inside[0]].text in _CUPS else []
     *modifiers, head = inside or [-1]
-    if head < 0 or any(_is_name(line[k], scene) for k in modifiers):
+    if head < 0 or any(_is_name(line[k], scene) or line[k].text in lexicon().known for k in modifiers):
+        return None
+    if modifiers and (modifiers[0] < 2 or line[modifiers[0] - 2].text not in _LEADING):
         return None
     noun, after = line[head], line[head + 1] if head + 1 < len(line) else None
     ends = after is None or not (after.word or after.number is not None) or lexicon().is_(after.text, "joints", "onto")
