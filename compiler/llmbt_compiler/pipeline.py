@@ -8,14 +8,14 @@ as the context allows and an endpoint or a recording answers; what is then still
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from llmbt_atl.state import domain_of
-from llmbt_compiler.asking import Asked, Slot, edit_for, edited, from_diagnostics, from_model, from_request
+from llmbt_compiler.asking import Asked, Slot, edit_for, edited, from_diagnostics, from_model, from_request, restated
 from llmbt_compiler.asking.answer import choose
-from llmbt_compiler.checking import contradictions, open_points, unknown_names
+from llmbt_compiler.checking import contradictions, moved_all_the_same, open_points, too_many, unable, unknown_names
 from llmbt_compiler.parsing import Goal, LabelledStep, Note, ParseResult
 from llmbt_compiler.reasoning.chat import Reply, answerable
 from llmbt_compiler.reasoning.dialogue import Dialogue
@@ -189,6 +189,7 @@ class _Run:
                     raise LlmbtError(*parsed.errors(), exit_code=parsed.exit_code)
             else:
                 self.refuse_contradictions(parsed)
+                self.refuse_inability()
                 asked = self.open_point(parsed)
             if asked is None:
                 return parsed
@@ -202,6 +203,10 @@ class _Run:
                 continue
             steps = self.reworded(asked, answer, steps)
             parsed = stage.run(steps, context)
+            restated = self.request_as_step(asked, answer) if not parsed.ok else None
+            if restated is not None:
+                steps = restated
+                parsed = stage.run(steps, context)
 
     def refuse_contradictions(self, parsed: ParseResult) -> None:
         semantic_map = self.context.semantic_map
@@ -209,8 +214,18 @@ class _Run:
         texts = tuple((s.number, s.text) for s in steps.steps) if isinstance(steps, Steps) else ()
         domain = domain_of(self.context.library, semantic_map)
         found = contradictions(parsed, domain, semantic_map, self.context.where, texts)
+        if self.context.stated is None:
+            request, library = self.context.request, self.context.library
+            kept = moved_all_the_same(request, parsed.goals, semantic_map, library)
+            found = (*found, *kept, *too_many(request, parsed.goals, semantic_map, library))
         if found:
             raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
+
+    def refuse_inability(self) -> None:
+        """What the request asks for, and the robot cannot do: a reply that leaves it out does not fulfil it."""
+        found = tuple(unable(self.context.request)) if self.context.stated is None else ()
+        if found:
+            raise LlmbtError(*found, exit_code=ExitCode.BAD_INPUT)
 
     def open_point(self, parsed: ParseResult) -> Asked | None:
         """What the reply decided without asking: only of a reply, and only until the user has said something."""
@@ -302,6 +317,8 @@ class _Run:
             except _Unsettled as open_:
                 prompt = continue_prompt(prompt, reply.text, open_.answer, question=open_.asked.text)
                 self.settled = True
+                if not self.can_ask(prompt) and self.settled_here(open_.asked, open_.answer):
+                    return
                 continue
             return
 
@@ -354,9 +371,13 @@ class _Run:
         following = continue_prompt(prompt, reply.text, answer)
         if self.can_ask(following):
             return following
+        return None if self.settled_here(asked, answer) else following
+
+    def settled_here(self, asked: Asked, answer: str) -> bool:
+        """Go on with the request itself as the steps, the answer in it, where it comes to goals that way."""
         steps = self.request_as_step(asked, answer)
         if steps is None:
-            return following
+            return False
         self.values["filter"] = Steps(())
         self.values["keywords"] = steps
         names = [s.name for s in self.table]
@@ -364,30 +385,41 @@ class _Run:
         for stage in self.table[names.index("parse") : self.last + 1]:
             value = self.make(stage, value, asking=True)
         self.finish()
-        return None
+        return True
 
     def request_as_step(self, asked: Asked, answer: str) -> tuple[LabelledStep, ...] | None:
-        """The request read as a step, with the answer in it; None where it does not come to goals that way."""
+        """The request read as the steps, with the answer in it; None where it does not come to goals that way."""
         context = self.context
         reached = [s.name for s in self.table[: self.last + 1]]
         if "keywords" not in reached or "parse" not in reached:
             return None
-        if not choose(answer, asked, context.semantic_map, context.library):
+        semantic_map, library = context.semantic_map, context.library
+        ids = choose(answer, asked, semantic_map, library)
+        if not ids:
             return None
         parse = next(s for s in self.table if s.name == "parse")
+        for steps in self.readings(asked, answer, ids):
+            parsed = parse.run(steps, context)
+            about = {a for g in parsed.goals for a in g.condition.args}
+            if parsed.ok and all(about & {i, *(p.id for p in semantic_map.inside(i))} for i in ids):
+                self.said = self.said.settled(" ".join(s.text for s in steps))
+                return steps
+        return None
+
+    def readings(self, asked: Asked, answer: str, ids: Sequence[str]) -> Iterator[tuple[LabelledStep, ...]]:
+        """Ways to read the request once the answer is known: as one step with the parser's own question answered, or
+        said again with what was chosen."""
+        context = self.context
+        semantic_map, library = context.semantic_map, context.library
+        parse = next(s for s in self.table if s.name == "parse")
         steps = tagged([" ".join(context.request.split())], context.tagger)
-        parsed = parse.run(steps, context)
-        own = from_diagnostics(parsed.diagnostics, context.semantic_map, context.library)
-        if own is None or not set(own.candidates) & set(asked.candidates):
-            return None
-        edit = edit_for(own, answer, steps, context.semantic_map, context.library)
-        if edit is None:
-            return None
-        changed = edited(steps, edit, lambda texts: tagged(texts, context.tagger))
-        if not parse.run(changed, context).ok:
-            return None
-        self.said = self.said.settled(changed[0].text)
-        return changed
+        own = from_diagnostics(parse.run(steps, context).diagnostics, semantic_map, library)
+        if own is not None and set(own.candidates) & set(asked.candidates):
+            edit = edit_for(own, answer, steps, semantic_map, library)
+            if edit is not None:
+                yield edited(steps, edit, lambda texts: tagged(texts, context.tagger))
+        for text in restated(context.request, asked, ids, semantic_map, library):
+            yield tagged(_SENTENCES.findall(text), context.tagger)
 
 
 def _is_correctable(fault: LlmbtError) -> bool:

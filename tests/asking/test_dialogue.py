@@ -189,8 +189,11 @@ def test_a_reply_that_guesses_is_asked_about():
     [
         ("Put the red block on position 21.", "1. Place object 6 on position 21."),
         ("Put the green blocks on level 1.", "1. Place object 1, object 2 and object 4 on level 1."),
-        ("Put a green block on position 21.", "1. Place object 1 on position 21."),
-        ("Put one of the green blocks on position 21.", "1. Place object 1 on position 21."),
+        ("Put any green block on position 21.", "1. Place object 1 on position 21."),
+        ("Put a green block on position 21, I don't care which.", "1. Place object 1 on position 21."),
+        ("Put two blocks, object 1 and object 2, on level 1.", "1. Place object 1 and object 2 on level 1."),
+        ("Put the red block on level 1.", "1. Place object 6 on position 12."),
+        ("Put the red block on a free position of level 1.", "1. Place object 6 on position 12."),
         ("Put the green block on position 21. Which is left to your discretion.", "1. Place object 1 on position 21."),
         ("Put the green block 4 on position 21.", "1. Place object 4 on position 21."),
         ("Put the green block (object 4) on position 21.", "1. Place object 4 on position 21."),
@@ -219,6 +222,11 @@ def test_no_guess_is_seen_where_there_is_none(request_, reply):
         ("Swap the yellow block with the red block.", "1. Place object 3 on position 11.", "35"),
         ("Take the green block off the workbench, put it on position 21.", "1. Place object 2 on position 21.", "124"),
         ("Put object 6 to the left of the yellow block.", "1. Place object 3 on position 22.", "35"),
+        ("Put a green block on position 21.", "1. Place object 1 on position 21.", "124"),
+        ("Put one of the green blocks on position 21.", "1. Place object 1 on position 21.", "124"),
+        ("Put two of the green blocks on level 1.", "1. Place object 1 and object 2 on level 1.", "124"),
+        ("Put the block at the back of the sorting area on position 21.", "1. Place object 1 on position 21.", "13"),
+        ("Put the green block next to a yellow one on position 21.", "1. Place object 1 on position 21.", "12"),
     ],
 )
 def test_a_guess_is_seen(request_, reply, candidates):
@@ -241,8 +249,8 @@ def test_what_nothing_in_the_scene_goes_by_is_asked_about(request_, reply, noun,
 @pytest.mark.parametrize(
     ("request_", "reply"),
     [
-        ("Bring me a drink.", "1. Give the juice to the user."),
-        ("Get me a snack, please.", "1. Give the cookies to the user."),
+        ("Bring me a drink, any of them.", "1. Give the juice to the user."),
+        ("Get me a snack, please, whichever you like.", "1. Give the cookies to the user."),
         ("Bring me the cola.", "1. Give the coke to the user."),
         ("Bring me the wine or the juice.", "1. Give the juice to the user."),
         ("If there is no beer, bring me the coke.", "1. Give the coke to the user."),
@@ -251,6 +259,50 @@ def test_what_nothing_in_the_scene_goes_by_is_asked_about(request_, reply, noun,
 )
 def test_a_sort_of_things_is_no_name(request_, reply):
     assert talk(request_, [reply], scene="household")[1] == ["request", "reply"]
+
+
+@pytest.mark.parametrize(
+    ("scene", "request_", "reply", "candidates"),
+    [
+        ("cargo_sorting", "Put the red block on the leftmost position of the shelf.",
+         "1. Place object 6 on position 11.", ("position_11", "position_21", "position_31")),
+        ("cargo_sorting", "Put the red block in the middle position of level 2.",
+         "1. Place object 6 on position 22.", ("position_22", "position_23")),
+        ("cargo_sorting", "Put the red block at an end of level 2.",
+         "1. Place object 6 on position 21.", ("position_21", "position_24")),
+        ("cargo_swap", "Put the red block in the empty spot next to the green block on the shelf.",
+         "1. Place object 6 on position 13.", ("position_11", "position_13")),
+        ("cargo_swap", "Put the yellow block on the shelf on the other level.",
+         "1. Place object 3 on position 31.", ("shelf_level_1", "shelf_level_3")),
+        ("household", "Put the apple on the piece of furniture with nothing on it.",
+         "1. Put the apple on the desk.", ("desk", "shelf")),
+    ],
+)  # fmt: skip
+def test_a_place_that_several_are_is_asked_about(scene, request_, reply, candidates):
+    assert asked(request_, [reply], scene=scene) == ("E141", candidates)
+
+
+@pytest.mark.parametrize(
+    ("scene", "request_", "reply", "code"),
+    [
+        ("household", "Open the milk and bring it to me.", "1. Give the milk to the user.", "E144"),
+        ("household", "Bring me two apples.", "1. Give the apple to the user.", "E142"),
+        ("household", "Take the milk from the table to the desk.", "1. Put the milk on the desk.", "E142"),
+        ("household", "Put the tea on the desk and on the shelf.", "1. Put the tea on the desk.", "E343"),
+        ("household", "Bring me the coke, but it must not leave the bar.", "1. Give the coke to the user.", "E343"),
+        ("cargo_swap", "Put object 6 on position 12. The green block there stays.",
+         "1. Place object 6 on position 12.", "E343"),
+        ("cargo_swap", "Put all four blocks from the sorting area on level 1.",
+         "1. Place object 2 on position 11.\n2. Place object 4 on position 12.\n3. Place object 5 on position 13.",
+         "E308"),
+        ("cargo_sorting", "Object 1 and object 2 both belong on position 24.",
+         "1. Place object 1 on position 24.\n2. Place object 2 on position 23.", "E308"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_refused_though_the_reply_goes_along(scene, request_, reply, code):
+    with pytest.raises(LlmbtError) as caught:
+        talk(request_, [reply], scene=scene)
+    assert caught.value.diagnostics[0].code == code
 
 
 def test_an_answer_on_which_other_goals_hang_goes_to_the_model():

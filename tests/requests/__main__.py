@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.requests.blind import read_blind
-from tests.requests.cases import BLIND, Case, read_open
+from tests.requests.cases import BLIND, BLIND2, DEV, Case, read_open
 from tests.requests.decide import Decision, Judged, judge
 
 KINDS = ("complete", "ambiguous", "impossible")
@@ -53,11 +53,12 @@ def main() -> int:
 
 
 def parts(blind: Path | None = None) -> dict[str, tuple[Case, ...]]:
-    """The requests to decide: those of a file alone, or the open ones and those that were blind until they were
-    counted."""
+    """The requests to decide: those of a file alone, or the open ones, those that were blind until they were counted,
+    and another author's, by which the code was mended."""
     if blind is not None:
         return {"blind": read_blind(blind)}
-    return {"open": read_open(), **({"once blind": read_blind(BLIND)} if BLIND.exists() else {})}
+    more = {"once blind": BLIND, "once blind, second": BLIND2, "development": DEV}
+    return {"open": read_open(), **{name: read_blind(path) for name, path in more.items() if path.exists()}}
 
 
 def decided(cases: Sequence[Case]) -> list[Judged]:

@@ -8,10 +8,12 @@ from pathlib import Path
 from llmbt_ir.condition import Condition, parse_condition
 from llmbt_ir.xml import parse_xml, read_bytes
 
-__all__ = ["BLIND", "FOLDER", "Case", "Goals", "read_open"]
+__all__ = ["BLIND", "BLIND2", "DEV", "FOLDER", "Case", "Goals", "read_open"]
 
 FOLDER = Path(__file__).parents[2] / "fixtures" / "requests"
 BLIND = FOLDER / "blind.jsonl"
+BLIND2 = FOLDER / "blind2.jsonl"
+DEV = FOLDER / "dev.jsonl"
 
 Goals = frozenset[Condition]
 

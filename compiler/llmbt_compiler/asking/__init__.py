@@ -2,6 +2,7 @@
 
 from llmbt_compiler.asking.answer import Edit, choose, edit_for, edited
 from llmbt_compiler.asking.question import Asked, Slot, from_diagnostics, from_model, from_request
+from llmbt_compiler.asking.restated import restated
 
 __all__ = [
     "Asked",
@@ -13,4 +14,5 @@ __all__ = [
     "from_diagnostics",
     "from_model",
     "from_request",
+    "restated",
 ]

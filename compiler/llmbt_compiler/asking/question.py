@@ -8,15 +8,13 @@ from enum import StrEnum
 
 from llmbt_atl.library import Library
 from llmbt_atl.template import Role
+from llmbt_compiler.asking.offered import offered
 from llmbt_compiler.checking.request import OpenPoint
 from llmbt_compiler.parsing import exit_code_of
-from llmbt_compiler.parsing.mentions import names_in, one_named
-from llmbt_compiler.parsing.names import Found, Talk
-from llmbt_compiler.parsing.objects import resolve_objects
-from llmbt_compiler.parsing.places import resolve_places
+from llmbt_compiler.parsing.mentions import one_named
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.verbs import Shape, shape_of
-from llmbt_compiler.parsing.words import Token, tokens
+from llmbt_compiler.parsing.words import tokens
 from llmbt_compiler.reasoning.steps import Question
 from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, Severity, Span
 from llmbt_ir.semantic_map import SemanticMap
@@ -107,7 +105,10 @@ def from_model(question: Question, semantic_map: SemanticMap, library: Library) 
     """The model's own question. Its candidates are those that it lists or names, or else what its `which` fits."""
     scene = Scene(semantic_map, library)
     listed = [i for name in question.candidates for i in one_named(tokens(name), scene)]
-    candidates = tuple(dict.fromkeys(listed)) or _mentioned(question.text, scene)
+    named, movable = offered(question.text, scene)
+    candidates = tuple(dict.fromkeys(listed)) or named
+    if not candidates and movable is not None:
+        candidates = tuple(sorted((e.id for e in scene.objects), key=natural)) if movable else _destinations(scene)
     diagnostic = Diagnostic(
         "E140",
         f"the request is unclear: {question.text}",
@@ -121,71 +122,6 @@ def from_model(question: Question, semantic_map: SemanticMap, library: Library) 
 def _listed(ids: Sequence[str]) -> str:
     more = f" and {len(ids) - _SHOWN} more" if len(ids) > _SHOWN else ""
     return ", ".join(ids[:_SHOWN]) + more
-
-
-def _mentioned(text: str, scene: Scene) -> tuple[str, ...]:
-    """The things of the kind asked for that a question names, in their order; what "which block" fits where it names
-    none."""
-    words = tokens(text)
-    objects, places, first = names_in(words, scene)
-    asked = next((i for i, t in enumerate(words) if t.text in {"which", "what", "where"}), None)
-    places = (
-        [p for p in places if not any(o != p and scene.within(o, p) for o in places)] if asked is not None else places
-    )
-    if asked is not None and words[asked].text == "where":
-        return tuple(places) or (_destinations(scene) if not objects or first is not None else tuple(objects))
-    noun = _asked_noun(words, asked, scene) if asked is not None else ""
-    wanted = {"object": objects, "place": places}[noun] if noun else _more(objects, places, first)
-    fits = _fitting(words[asked + 1 :], scene) if asked is not None else ()
-    among = tuple(i for i in wanted if i in fits)
-    if len(among) > 1:
-        return among
-    if wanted or fits:
-        return tuple(wanted) or fits
-    return tuple(objects or places)
-
-
-def _more(objects: Sequence[str], places: Sequence[str], first: str | None) -> Sequence[str]:
-    """What a question without a noun is about: the things that it names several of, else those that it begins with."""
-    if (len(objects) > 1) != (len(places) > 1):
-        return objects if len(objects) > 1 else places
-    return objects if first == "object" or len(objects) > 1 else places
-
-
-def _asked_noun(words: Sequence[Token], asked: int, scene: Scene) -> str:
-    """What "which" asks for: an object, a place, or neither to be told from its words."""
-    for t in words[asked + 1 : asked + 6]:
-        if not t.word or t.number is not None:
-            continue
-        if t.text in {"do", "should", "would", "shall", "is", "are", "did"}:
-            break
-        as_object, as_place = scene.word(t, True), scene.word(t, False)
-        in_objects = bool(as_object.text) and not as_object.corrected and as_object.text not in scene.colours
-        in_places = bool(as_place.text) and not as_place.corrected
-        if in_objects != in_places:
-            return "object" if in_objects else "place"
-    return ""
-
-
-def _fitting(after: Sequence[Token], scene: Scene) -> tuple[str, ...]:
-    """ "Which green block": all of them."""
-    stop = next(
-        (
-            i
-            for i, t in enumerate(after)
-            if not t.word or t.text in {"do", "should", "would", "shall", "is", "are", "of"}
-        ),
-        len(after),
-    )
-    nouns = [t for t in after[:stop] if t.number is None]
-    for length in range(min(len(nouns), 4), 0, -1):
-        parts = nouns[:length]
-        every = (Token("all", parts[0].start, parts[0].start), *parts)
-        for resolve in (resolve_objects, resolve_places):
-            found = resolve(every, scene, Talk())
-            if isinstance(found, Found) and len(found.ids) > 1 and not found.corrected:
-                return found.ids
-    return ()
 
 
 def _destinations(scene: Scene) -> tuple[str, ...]:

@@ -1,7 +1,10 @@
 """Between reasoning and execution: do the goals contradict each other, and do they keep to the request?"""
 
+from llmbt_compiler.checking.abilities import unable
 from llmbt_compiler.checking.contradictions import contradictions
+from llmbt_compiler.checking.crowding import too_many
+from llmbt_compiler.checking.kept import moved_all_the_same
 from llmbt_compiler.checking.request import open_points
 from llmbt_compiler.checking.unknown import unknown_names
 
-__all__ = ["contradictions", "open_points", "unknown_names"]
+__all__ = ["contradictions", "moved_all_the_same", "open_points", "too_many", "unable", "unknown_names"]

@@ -1,24 +1,27 @@
-"""Definite noun phrases of a request, and the objects that each may mean on the map as it is at the start."""
+"""Noun phrases of a request, and the objects that each may mean on the map as it is at the start."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import takewhile
 
 from llmbt_compiler.parsing.ledger import Ledger
+from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
-from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.space.expressions import rank_of, relations
+from llmbt_compiler.parsing.scene import Scene, natural
+from llmbt_compiler.parsing.space.expressions import Ranked, rank_of, relations, side_of
 from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["Meant", "definite"]
+__all__ = ["Meant", "landmark", "meant_objects", "place_named"]
 
 _POINTING = frozenset({"the", "that", "this", "my", "your"})
+_INDEFINITE = frozenset({"a", "an", "some", "one"})
+_EXACTLY = frozenset({"the", "all", "these", "those", "both"})
 _TELLING = frozenset({
     "left", "right", "next", "beside", "behind", "front", "between", "nearest", "closest", "near", "above", "below",
     "nearer", "closer", "farthest", "furthest", "under", "underneath", "beneath", "top", "first", "second", "third",
@@ -26,7 +29,8 @@ _TELLING = frozenset({
     "sitting", "by", "over", "whichever", "nobody", "you", "i", "we",
 })  # fmt: skip
 _STANDING = frozenset({
-    "that", "which", "is", "stands", "standing", "lies", "lying", "sits", "sitting", "currently", "now", "still",
+    "that", "which", "is", "thats", "whats", "stands", "standing", "right", "directly", "just",
+    "lies", "lying", "sits", "sitting", "currently", "now", "still",
     "located", "stored", "placed", "already",
 })  # fmt: skip
 _AT = frozenset({"on", "in", "at", "from", "of", "off"})
@@ -35,48 +39,168 @@ _ONTO = frozenset({"on", "onto", "in", "into", "to", "next", "beside", "between"
 _MASS = frozenset({"cargo", "good", "everything"})
 _PUTTING = frozenset({"put", "place", "set", "move", "lay", "position", "stand", "shift", "drop", "stow", "store"})
 _FETCHING = frozenset({"pick", "take", "bring", "get", "fetch", "grab", "give", "hand", "want", "need", "collect"})
+_OPENING = frozenset({".", ",", ";", ":", "!", "?", "and", "then"})
+_USES = {"drink": "drink", "eat": "food", "snack": "snack"}
 _LONGEST = 5
 
 
 @dataclass(frozen=True, slots=True)
 class Meant:
-    """A phrase, words[start:end], and all the objects that it fits."""
+    """A phrase, words[start:end], and all the things that it fits. `count`: of how many of them it speaks (0: of all);
+    `exactly`: it says that there are no more ("both", "all three")."""
 
     start: int
     end: int
     ids: tuple[str, ...]
+    count: int = 1
+    exactly: bool = False
+
+    @property
+    def many(self) -> bool:
+        """Whether it speaks of several things."""
+        return self.count != 1
 
 
-def definite(words: Sequence[Token], line: str, scene: Scene) -> Iterator[Meant]:
-    """Every phrase like "the green block", "the yellow one", "the largest block", "the block in the sorting area" with
+def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[Meant]:
+    """Every phrase like "the green block", "a yellow one", "two of the drinks", "the block in the sorting area" with
     the objects that it fits; none where what stands after it may tell more than is understood here."""
     where = {o.id: o.place for o in scene.map.objects}
     named = False
     for i, t in enumerate(words):
         back = named and t.text in {"that", "this"}  # "position 12 ... that block": it points back
         named = named or (t.number is not None and t.digits) or t.text in scene.colours
-        end = _noun(words, i, scene) if t.text in _POINTING and not back else 0
-        if not end and _bare(words, i, scene):
-            end = _noun(words, i - 1, scene)
-            found = _plain(words, i, end, scene, where) if end else None
-            if found is not None and found.ids:
-                yield Meant(i, found.end, found.ids)
+        found = _several(words, i, scene, where) or _something(words, i, scene) or _colour_alone(words, i, scene)
+        if found is not None:
+            yield found
             continue
+        if back or (i and words[i - 1].text in {"any", "either"}):
+            continue
+        end = _noun(words, i, scene) if t.text in _POINTING | _INDEFINITE else 0
         if end:
             found = (
                 _ranked(words, i + 1, end, line, scene, where)
                 or _related(words, i + 1, end, line, scene, where)
                 or _plain(words, i + 1, end, scene, where)
             )
-            if found is not None and found.ids:
-                yield Meant(i, found.end, found.ids)
+        elif _bare(words, i, scene):
+            end = _noun(words, i - 1, scene)
+            found = _ranked(words, i, end, line, scene, where) or _plain(words, i, end, scene, where) if end else None
+        if found is not None and found.ids:
+            yield replace(found, start=i)
+
+
+def landmark(words: Sequence[Token], at: int, scene: Scene) -> Meant | None:
+    """What is named right here for something else to be next to: "object 3", "the green block on the shelf"."""
+    where = {o.id: o.place for o in scene.map.objects}
+    while at < len(words) and words[at].text in {"of", "to"}:
+        at += 1
+    if at >= len(words):
+        return None
+    named = next((m for m in mentions_in(words[at:], scene) if m.start <= int(words[at].text in _POINTING)), None)
+    if named is not None:
+        return Meant(at, at + named.end, (named.id,))
+    several = _several(words, at, scene, where)
+    if several is not None:
+        return several
+    end = _noun(words, at, scene) if words[at].text in _POINTING | _INDEFINITE else 0
+    if not end:
+        return None
+    phrase = [t for t in words[at + 1 : end] if t.text != "one"]
+    told = [t for t in phrase if t.text in lexicon().ordinals or t.text in lexicon().sizes]
+    found = (
+        resolve_objects((Token("all", words[at].start, words[at].start), *phrase), scene, Talk()) if phrase else None
+    )
+    if not isinstance(found, Found) or told:
+        return None
+    ids, stop = _there(words, end, found.ids, scene, where)
+    return Meant(at, max(stop, end), ids)
+
+
+def _something(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
+    """ "Something red", "something to drink"."""
+    if words[i].text != "something" or i + 1 >= len(words):
+        return None
+    use = words[i + 2].text if words[i + 1].text == "to" and i + 2 < len(words) else ""
+    sort, end = (_USES.get(use, ""), i + 3) if use else (words[i + 1].text, i + 2)
+    known = sort in lexicon().sorts or sort in lexicon().shapes or sort in scene.colours
+    ids = tuple(e.id for e in scene.objects if scene.fits(e, sort)) if known else ()
+    return Meant(i, end, tuple(sorted(ids, key=natural))) if ids else None
+
+
+def _colour_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
+    """ "Yellow on position 14": one thing of that colour, since one position is named."""
+    before = words[i - 1].text if i else "."
+    if words[i].text not in scene.colours or not (before in _OPENING or before in _PUTTING) or i + 2 >= len(words):
+        return None
+    if words[i + 1].text not in _ONTO | {"at"}:
+        return None
+    named = next((m for m in mentions_in(words[i + 2 :], scene) if m.start == 0), None)
+    if named is None or scene[named.id].movable or not scene.single(named.id):
+        return None
+    ids = tuple(sorted((e.id for e in scene.objects if words[i].text in e.colour), key=natural))
+    return Meant(i, i + 1, ids)
+
+
+def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
+    """ "Two of the green blocks", "both yellow ones", "all three drinks"."""
+    if i and (words[i - 1].text in _EXACTLY or _numbers(words[i - 1], scene)):
+        return None
+    j, exactly, count = i, False, None
+    while j < len(words) and (words[j].text in _EXACTLY or words[j].text in {"exactly", "just", "only", "any"}):
+        exactly = exactly or words[j].text in _EXACTLY
+        count = 2 if words[j].text == "both" else count
+        if words[j].text == "any":
+            return None
+        j += 1
+    one = [t.text for t in words[j : j + 2]] == ["one", "of"]
+    number = words[j].number if j < len(words) else None
+    if number is not None and (words[j].text != "one" or one):
+        count, j = int(number) if number.isdecimal() else None, j + 1
+    if count is None or not int(not one) < count < 100:
+        return None
+    if j < len(words) and words[j].text == "of":
+        exactly = False
+    while j < len(words) and words[j].text in {"of", "the", "these", "those", "my", "other"}:
+        if words[j].text == "other":
+            return None
+        j += 1
+    end = next((k + 1 for k in range(j, min(len(words), j + _LONGEST)) if _plural(words[k], scene)), 0)
+    phrase = [t for t in words[j:end] if t.text != "ones"]
+    if not end or any(t.text in lexicon().sizes or t.text in lexicon().ordinals or not t.word for t in phrase):
+        return None
+    if not phrase or rank_of(words, j, end) is not None:
+        return None
+    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    if not isinstance(found, Found) or found.corrected:
+        return None
+    ids, stop = _there(words, end, found.ids, scene, where)
+    ids, stop = (ids, stop) if len(ids) >= count else (found.ids, end)  # it says where to
+    if _tells(words, stop, scene) and words[stop].text != "with":
+        return None
+    listed = len(phrase) == 1 and end < len(words) and not words[end].word
+    if listed and scene.word(phrase[0], True).text in lexicon().anything:
+        return None  # "three things: the bread, the milk and the apple"
+    return Meant(i, stop, ids, count, exactly)
+
+
+def _plural(t: Token, scene: Scene) -> bool:
+    if t.text == "ones":
+        return True
+    word = scene.word(t, True)
+    return bool(word.text) and word.plural and not word.corrected
+
+
+def _numbers(t: Token, scene: Scene) -> bool:
+    """Whether a number after this word names something: "object 2"."""
+    return any(t.text in e.stem for e in (*scene.objects, *scene.places) if e.number is not None)
 
 
 def _bare(words: Sequence[Token], i: int, scene: Scene) -> bool:
     """Whether a phrase in a telegram's style begins: a colour with no article before it ("red block to level 2")."""
     before = words[i - 1].text if i else "."
-    opens = before in {".", ",", ";", ":", "!", "?", "and", "then"} or before in _PUTTING | _FETCHING
-    return opens and words[i].text in scene.colours
+    opens = before in _OPENING | {"me", "gimme"} or before in _PUTTING | _FETCHING
+    ranks = words[i].text in lexicon().sizes and rank_of(words, i, i + 1) is not None
+    return opens and (words[i].text in scene.colours or ranks)
 
 
 def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:
@@ -88,12 +212,14 @@ def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:
             return j + 1
         if not t.word or lexicon().is_(t.text, "all", "both", "rest", "same") or (t.number and t.text != "one"):
             return 0
-        if t.text in lexicon().ordinals or t.text in lexicon().sizes or rank_of(words, j, j + 1) is not None:
+        if t.text in lexicon().ordinals or t.text in lexicon().sizes or rank_of((t,), 0, 1) is not None:
             continue
         word = scene.word(t, True)
         if not word.text or word.corrected or word.text in _MASS:
             return 0
         if word.text not in scene.colours:
+            if after is not None and after.text == "of" and word.text in lexicon().objects:
+                return 0  # "the piece of furniture"
             return 0 if word.plural or (after is not None and after.number is not None) else j + 1
     return 0
 
@@ -102,10 +228,14 @@ def _ranked(
     words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
 ) -> Meant | None:
     """ "The second largest block", "the yellow block at the back": what has the rank, all of a tie."""
-    of = rank_of(words, start, end)
+    of = rank_of(words, start, end) or _side(words, start, end, scene, where)
     if of is None:
         return None
-    if of.stop > end and not any(t.text in _ONTO for t in words[of.stop :]):
+    if (
+        of.stop > end
+        and [t.text for t in words[of.stop : of.stop + 1]] != ["of"]
+        and not any(t.text in _ONTO for t in words[of.stop :])
+    ):
         return None  # "put the red block on the right": it says where to
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
     pool = world.every(of.core, True)
@@ -117,6 +247,16 @@ def _ranked(
     found = world.ranked(of, True, ids, words[start : of.stop], False)
     hit = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
     return Meant(start, of.stop, hit)
+
+
+def _side(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Ranked | None:
+    """ "The block at the very back of the sorting area": of those that stand there."""
+    of = side_of(words, start, end)
+    if of is None:
+        return None
+    ids, stop = _there(words, of.stop - 1, [e.id for e in scene.objects], scene, where)
+    core = tuple(t for t in of.core if t.text != "one")
+    return replace(of, core=core, stop=of.stop - 1) if ids and stop >= of.stop else None
 
 
 def _related(
@@ -133,13 +273,19 @@ def _related(
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
     phrase = [t for t in words[start:end] if t.text != "one"]
     pool = world.every(phrase, True)
+    mark = landmark(words, of.end, scene) if of.name != "between" else None
+    some = mark is not None and words[mark.start].text in _INDEFINITE
     marks = world.landmark(words[of.end : stop]) if stop > of.end else None
+    if mark is not None and (some or len(mark.ids) == 1):
+        marks, stop = Found(mark.ids), mark.end
     if isinstance(pool, Fault) or not isinstance(marks, Found):
         return Meant(start, stop, ())
-    found = world.related(of, pool[0], marks.ids, words[start:stop], False)
-    return Meant(
-        start, stop, found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
-    )
+    ids: dict[str, None] = {}
+    for each in [(m,) for m in marks.ids] if some else [marks.ids]:  # "next to a yellow one": to any of them
+        found = world.related(of, pool[0], each, words[start:stop], False)
+        near = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
+        ids |= dict.fromkeys(near)
+    return Meant(start, stop, tuple(sorted(ids, key=natural)))
 
 
 def _goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
@@ -151,8 +297,13 @@ def _goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
 
 def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
     phrase = [t for t in words[start:end] if t.text != "one"]
-    told = any(t.text in lexicon().ordinals or t.text in lexicon().sizes or t.text in _TELLING for t in phrase)
-    if told or not phrase or _parenthesis(words, end):
+    if not phrase or _parenthesis(words, end):
+        return None
+    if any(t.text in lexicon().sizes for t in phrase):  # "the big yellow block", of two
+        sized = resolve_objects(phrase, scene, Talk())
+        plain = isinstance(sized, Found) and not sized.chosen
+        return Meant(start, end, sized.ids) if plain and isinstance(sized, Found) else None
+    if any(t.text in lexicon().ordinals or t.text in _TELLING for t in phrase):
         return None
     every = (Token("all", phrase[0].start, phrase[0].start), *phrase)
     found = resolve_objects(every, scene, Talk())
@@ -182,8 +333,17 @@ def _there(
                 there = tuple(o for o in ids if scene.within(where.get(o), place.ids[0]))
                 if there:
                     return there, begin + 1 + length
-                return tuple(ids), at
     return tuple(ids), at
+
+
+def place_named(words: Sequence[Token], at: int, scene: Scene) -> tuple[str | None, int]:
+    """The one place that is named right here by words that name nothing else, and where they end."""
+    limit = next((k for k in range(at, len(words)) if words[k].text in _ENDING), len(words))
+    for length in range(min(6, limit - at), 0, -1):
+        found = resolve_places(words[at : at + length], scene, Talk())
+        if isinstance(found, Found) and len(found.ids) == 1 and found.ids[0] in {p.id for p in scene.places}:
+            return found.ids[0], at + length
+    return None, at
 
 
 def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:

@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.checking.phrases import definite
+from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
+from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.parsing import Extent, Goal, ParseResult
-from llmbt_compiler.parsing.mentions import mentioned_in
+from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
@@ -33,16 +34,30 @@ _LEAVING = frozenset({
     "currently", "now", "was", "from", "empty",
     "still", "than", "rather", "like", "clear", "free", "stands", "temporarily", "via", "through",
 })  # fmt: skip
-_MOVING = frozenset({"move", "put", "place", "shift"})
+_MOVING = frozenset({"move", "put", "place", "shift", "relocate", "transfer", "stow", "remove"})
+_TAKING = frozenset({"take", "bring", "get", "fetch", "give", "hand", "grab", "pick", "carry", "set"})
+_SENTENCE_ENDS = frozenset({".", "!", "?", ";", ":"})
+_ONTO = frozenset({"on", "onto", "in", "into", "to", "at", "under", "inside", "towards"})
+_STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "lies", "lying", "sits", "sitting"})
+_AT = frozenset({"on", "in", "at"})
+_WAYS = frozenset({
+    "there", "here", "back", "aside", "together", "apart", "swap", "exchange", "switch", "order", "row", "line", "sort",
+    "arrange", "up", "down", "out", "me", "us", "him", "her", "where",
+    "higher", "forward", "forwards", "backward", "backwards", "upwards", "downwards", "free", "empty",
+    "clear", "over", "off", "original",
+})  # fmt: skip
 _LEFT_OPEN = re.compile(
-    r"\b(?:your (?:own )?(?:discretion|choice|choosing)|up to you|you (?:may |can )?(?:choose|pick|decide)"
-    r"|no (?:particular |special )?preference|whichever|no matter (?:which|what)"
-    r"|(?:does not|doesn['’]?t) matter which)\b",
+    r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"
+    r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
+    r"|as you (?:like|please|wish)"
+    r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them"
+    r"|all the same|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
+    r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)"
+    r"|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
+    r"(?P<what>(?:\W+\w+){0,3})",
     re.IGNORECASE,
 )
 """Says that any of them will do."""
-_SMALL = frozenset({"please", "pls", "plz", "could", "can", "would", "you", "robot", "now", "just", "hey", "hi", "and"})
-_SHORT = 12
 _TURNING = ("negation", "except", "instead", "conditional")
 _HUES = frozenset({*COLOURS, "gray", "violet", "cyan", "magenta", "turquoise", "gold", "golden"}) - {"wood"}
 
@@ -66,7 +81,10 @@ def open_points(
     line = " ".join(request.split())[:2000]
     words = tokens(line)
     return (
+        *_misplaced(words, line, parsed, scene),
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
+        *_spots(words, line, parsed.goals, scene),
+        *_pronouns(words, line, parsed.goals, scene),
         *_passed_over(words, line, parsed, scene),
         *_relations(words, line, parsed),
         *_nowhere(words, line, parsed.goals, scene),
@@ -135,9 +153,10 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
 
 def _nowhere(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """A request that moves something and has no word for where to."""
-    verbs = [i for i, t in enumerate(words) if t.text in _MOVING]
+    away = any(t.text == "away" for t in words)
+    verbs = [i for i, t in enumerate(words) if t.text in _MOVING or (away and t.text in _TAKING)]
     placed = [g.condition for g in goals if g.condition.name == "On" and not g.condition.negated]
-    if not verbs or not placed or len(words) > _SHORT or any(_leads(t, scene) for t in words):
+    if not verbs or not placed or any(_leads(words, i, scene) for i in range(len(words))):
         return
     places = dict.fromkeys(c.args[1] for c in placed)
     taken = next(iter(places)) if len(placed) == 1 else None
@@ -146,11 +165,45 @@ def _nowhere(words: Sequence[Token], request: str, goals: Sequence[Goal], scene:
     yield OpenPoint(Diagnostic("E305", title, span, "no place is named", "name the place"), taken)
 
 
-def _leads(t: Token, scene: Scene) -> bool:
-    """Whether a word may say where to: a place, a way, an order, a number."""
-    if t.text in scene.colours or scene.word(t, True).text:
+def _leads(words: Sequence[Token], i: int, scene: Scene) -> bool:
+    """Whether a word may say where to: a place, a person, a way, an order, a number, or what stands after "in the"."""
+    t, lex = words[i], lexicon()
+    if t.text in scene.colours or lex.is_(t.text, "articles"):
         return False
-    return t.number is not None or not (t.text in _MOVING | _SMALL or lexicon().is_(t.text, "articles") or not t.word)
+    if t.number is not None and t.text != "one":
+        return True
+    after = words[i + 1] if i + 1 < len(words) else None
+    if t.text in _ONTO and [w.text for w in words[i + 1 : i + 3]] in (["my", "way"], ["the", "way"], ["our", "way"]):
+        return False
+    if t.text in _ONTO and after is not None and after.word and not (t.text == "to" and after.text in _MOVING):
+        return t.text not in {"to", "for"} or not lex.is_(after.text, "me") or after.text in {"me", "us"}
+    if t.text in _WAYS or lex.is_(t.text, "users", "relations", "rest", "same", "top", "bottom", "middle"):
+        return True
+    place = scene.word(t, False)
+    return bool(place.text) and not place.corrected and not scene.word(t, True).text
+
+
+def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+    """ "There is the coke, and there is the milk. Bring it to me": either may be meant, and the goals take one."""
+    begins = [0, *(i + 1 for i, t in enumerate(words) if t.text in _SENTENCE_ENDS), len(words)]
+    sentences = [(a, b) for a, b in pairwise(begins) if b - a > 1]
+    moved = {g.condition.args[0] for g in goals if g.condition.args}
+    phrases = list(meant_objects(words, request, scene))
+    for before, (a, b) in pairwise(sentences):
+        it = next(
+            (i for i in range(a + 1, b) if words[i].text == "it" and words[i - 1].text in _MOVING | _TAKING), None
+        )
+        told = [t.text for t in words[before[0] : before[1]]]
+        if it is None or set(told) & (_MOVING | _TAKING) or "and" not in told:
+            continue
+        marks = {k for r in relations(words) for k in range(r.end, name_end(words, r))}
+        named = [(m.start, m.id) for m in mentions_in(words, scene) if scene[m.id].movable]
+        named += [(p.start, p.ids[0]) for p in phrases if len(p.ids) == 1]
+        ids = tuple(dict.fromkeys(i for k, i in sorted(named) if before[0] <= k < before[1] and k not in marks))
+        own = [i for k, i in named if a <= k < it]
+        taken = sorted(moved & set(ids))
+        if len(ids) > 1 and len(taken) == 1 and not own:
+            yield OpenPoint(_several(words[it : it + 1], request, ids, taken), taken[0])
 
 
 def _points(
@@ -159,25 +212,65 @@ def _points(
     numbered = {i for i in range(len(words) - 1) if _numbered(words, i, scene)}
     named = {e for i in numbered if isinstance(f := _named(words, i, scene), Found) for e in f.ids}
     moved = {a for g in goals for a in g.condition.args}
+    own = {m.id for m in mentions_in(words, scene)}
     spoken_of = set(named)
-    phrases = {m.start: m for m in definite(words, request, scene)}
+    phrases = {m.start: m for m in meant_objects(words, request, scene)}
     for i, t in enumerate(words):
         if i in numbered:
             found = _named(words, i, scene)
             if isinstance(found, Fault) and found.code in {"E301", "E302"}:
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
         if i in phrases:
-            fits = phrases[i].ids
+            phrase = phrases[i]
+            fits = _not_there_yet(phrase, goals, scene)
             taken = (moved & set(fits)) or (said & set(fits))
-            if len(fits) > 1 and len(taken) == 1 and not spoken_of & set(fits) and not _LEFT_OPEN.search(request):
-                (one,) = taken
-                told = _several(words[i : phrases[i].end], request, fits, one)
-                yield OpenPoint(told, one if one in moved else None)
+            if len(phrase.ids) < phrase.count:
+                yield OpenPoint(_too_few(words[i : phrase.end], request, phrase))
+            elif (
+                len(fits) > len(taken) == phrase.count
+                and not (spoken_of & set(fits) or taken <= own)
+                and not _left_open(words, request, scene, movable=True)
+            ):
+                told = _several(words[i : phrase.end], request, fits, sorted(taken))
+                yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
             spoken_of |= set(fits) if len(fits) == 1 else set()
-        if t.text in _HUES and t.text not in scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
+        if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())
             if isinstance(found, Fault) and found.code == "E301":
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
+
+
+def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene) -> Iterator[OpenPoint]:
+    """ "The red block from level 2", where no such thing is: not at the start, and no step brings it there."""
+    where = {o.id: o.place for o in scene.map.objects}
+    for phrase in meant_objects(words, request, scene):
+        begin = phrase.end
+        while begin < len(words) and words[begin].text in _STANDING:
+            begin += 1
+        said = begin < len(words) and (words[begin].text == "from" or (begin > phrase.end and words[begin].text in _AT))
+        place, stop = place_named(words, begin + 1, scene) if said else (None, begin)
+        if place is None:
+            continue
+        moved = {m.place for m in parsed.moves if m.target in phrase.ids}
+        there = {p for i in phrase.ids if (p := where.get(i)) is not None} | moved
+        if not any(scene.within(p, place) for p in there):
+            told = request[words[phrase.start].start : words[stop - 1].end]
+            title = f"the request names what is not there: nothing on {place} is `{told}`"
+            span = _span(words[phrase.start : stop], request)
+            yield OpenPoint(Diagnostic("E142", title, span, "not there", "say where it is", candidates=phrase.ids))
+
+
+def _not_there_yet(phrase: Meant, goals: Sequence[Goal], scene: Scene) -> tuple[str, ...]:
+    """Of what a phrase fits, that which is not yet where the goals bring one of it: what lies in the sorting area is
+    not meant by what is to be taken there."""
+    to = {g.condition.args[1] for g in goals if g.condition.name == "On" and g.condition.args[0] in phrase.ids}
+    where = {o.id: o.place for o in scene.map.objects}
+    (place,) = to if len(to) == 1 else (None,)
+    if place is None or scene.single(place):
+        return phrase.ids
+    moved = {g.condition.args[0] for g in goals if g.condition.name == "On"}
+    left = tuple(i for i in phrase.ids if i in moved or not scene.within(where.get(i), place))
+    return left if len(left) >= phrase.count else phrase.ids
 
 
 def _numbered(words: Sequence[Token], i: int, scene: Scene) -> bool:
@@ -211,15 +304,63 @@ def _span(parts: Sequence[Token], request: str) -> Span:
     return Span("request", 1, extent.start + 1, extent.end + 1, shown if len(shown) <= 2000 else "")
 
 
-def _several(parts: Sequence[Token], request: str, ids: Sequence[str], taken: str) -> Diagnostic:
+def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bool) -> bool:
+    """Whether the request says that any will do: any thing (`movable`), or any place."""
+    for i, t in enumerate(words[:-1]):
+        after = words[i + 1]
+        if (
+            t.text == "any"
+            and (scene.word(after, movable).text or not after.word)
+            and not scene.word(after, not movable).text
+        ):
+            return True
+    for m in _LEFT_OPEN.finditer(request):
+        of_places = "where" in m.group(0).lower() or any(
+            t.text in scene.generic(False) or t.text in {"side", "end", "level"} for t in tokens(m.group("what"))
+        )
+        if of_places != movable or (not movable and not of_places):
+            return True
+    return False
+
+
+def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+    """Phrases for places that fit several, of which the goals take one."""
+    if _left_open(words, request, scene, movable=False):
+        return
+    placed = [g.condition.args for g in goals if g.condition.name == "On" and not g.condition.negated]
+    about = tuple(dict.fromkeys(a[0] for a in placed))
+    for phrase in meant_places(words, request, scene, about):
+        hit = {c: [a for a in placed if scene.within(a[1], c)] for c in phrase.ids}
+        taken = [c for c, found in hit.items() if found]
+        if len(phrase.ids) > 1 and len(taken) == 1:
+            told = _several(words[phrase.start : phrase.end], request, phrase.ids, taken, "places")
+            yield OpenPoint(told, hit[taken[0]][0][1] if len(hit[taken[0]]) == 1 else None)
+
+
+def _several(
+    parts: Sequence[Token], request: str, ids: Sequence[str], taken: Sequence[str], what: str = "objects"
+) -> Diagnostic:
     said = request[parts[0].start : parts[-1].end]
     return Diagnostic(
         "E141",
-        f"`{said}` fits {len(ids)} objects, and the reply takes {taken} without asking",
+        f"`{said}` fits {len(ids)} {what}, and the reply takes {', '.join(taken)} without asking",
         _span(parts, request),
         "which?",
         f"say which of {', '.join(ids[:6])}",
         candidates=tuple(ids),
+    )
+
+
+def _too_few(parts: Sequence[Token], request: str, phrase: Meant) -> Diagnostic:
+    said = request[parts[0].start : parts[-1].end]
+    return Diagnostic(
+        "E142",
+        f"the request names what is not there: `{said}`, and there {'is' if len(phrase.ids) == 1 else 'are'} only "
+        f"{len(phrase.ids)} of them",
+        _span(parts, request),
+        "too few",
+        f"the map has {', '.join(phrase.ids)}",
+        candidates=phrase.ids,
     )
 
 

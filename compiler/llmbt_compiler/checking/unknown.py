@@ -14,6 +14,7 @@ from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing import Goal, LabelledStep
 from llmbt_compiler.parsing.mentions import mentioned_in
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import rank_of
 from llmbt_compiler.parsing.words import Token, closest, distance, lexicon, singulars, tokens
 from llmbt_ir.diagnostics import Diagnostic, Span
 from llmbt_ir.semantic_map import SemanticMap
@@ -34,15 +35,18 @@ _SORTS = frozenset({
     "number", "letter", "name", "label",
 })  # fmt: skip
 _TURNING = ("negation", "except", "instead", "conditional")
+_FETCHING = frozenset({"me", "us", "bring", "fetch", "get", "grab", "want"})
+_LEADING = _FETCHING | {"put", "place", "move", "take", "give", "in", "on", "into", "onto", "to", "inside"}
+_CUPS = frozenset({"cup", "glass", "mug", "slice", "piece", "bowl", "plate", "portion", "bar"})
 _THE = frozenset({"the", "my", "your", "our", "a", "an", "some", "that", "this"})
 
 
 def unknown_names(
     sentences: Sequence[LabelledStep], goals: Sequence[Goal], semantic_map: SemanticMap, library: Library
 ) -> Iterator[OpenPoint]:
-    """E142 for each thing, and each place to put it, that is one noun after an article, where that noun is no word of
-    the scene, no sort of things, and near to none of either. Its candidates are what the goals are about in its place.
-    A sentence that denies, excepts or offers a choice is passed over."""
+    """E142 for each thing, and each place to put it, that is a noun after an article or after "bring me", where that
+    noun is no word of the scene, no sort of things, and near to none of either. Its candidates are what the
+    goals are about in its place. A sentence that denies, excepts or offers a choice is passed over."""
     scene = Scene(semantic_map, library)
     said = {i for s in sentences for i in mentioned_in(s.text, scene)}
     for sentence in sentences:
@@ -70,10 +74,24 @@ def _noun(line: Sequence[Token], span: KeywordSpan, scene: Scene) -> Token | Non
     inside = [i for i, t in enumerate(line) if span.start <= t.start and t.end <= span.end]
     while inside and (lexicon().is_(line[inside[0]].text, "articles") or line[inside[0]].text in _THE):
         inside.pop(0)
-    if len(inside) != 1 or inside[0] == 0 or line[inside[0] - 1].text not in _THE:
+    if not inside or inside[0] == 0:
         return None
-    i = inside[0]
-    noun, after = line[i], line[i + 1] if i + 1 < len(line) else None
+    before = line[inside[0] - 1].text
+    if inside[0] > 1 and line[inside[0] - 2].text in {"of", "like"}:
+        return None  # "the colour of a lemon"
+    if before not in _THE and not (len(inside) == 1 and before in _FETCHING):
+        return None
+    of = next((k for k in inside if line[k].text == "of"), None)
+    if of is not None and len(inside) == 3 and of == inside[1]:  # "bring me a cup of coffee"
+        if inside[0] < 2 or line[inside[0] - 2].text not in _FETCHING:
+            return None
+        inside = [inside[2]] if lexicon().is_(line[inside[0]].text, "vessels") or line[inside[0]].text in _CUPS else []
+    *modifiers, head = inside or [-1]
+    if head < 0 or any(_is_name(line[k], scene) or line[k].text in lexicon().known for k in modifiers):
+        return None
+    if modifiers and (modifiers[0] < 2 or line[modifiers[0] - 2].text not in _LEADING):
+        return None
+    noun, after = line[head], line[head + 1] if head + 1 < len(line) else None
     ends = after is None or not (after.word or after.number is not None) or lexicon().is_(after.text, "joints", "onto")
     polite = after is not None and after.text in {"please", "thanks", "over", "from", "on", "in", "for"}
     if not noun.word or noun.number is not None or noun.owner or not (ends or polite):
@@ -81,10 +99,20 @@ def _noun(line: Sequence[Token], span: KeywordSpan, scene: Scene) -> Token | Non
     return None if _known(noun, scene) else noun
 
 
+def _is_name(t: Token, scene: Scene) -> bool:
+    """Whether a word before a noun is a name by itself ("the milk carton"), or no word at all."""
+    if not t.word or t.number is not None or lexicon().is_(t.text, "at", "from", "onto", "joints"):
+        return True
+    word = scene.word(t, True).text or scene.word(t, False).text
+    return bool(word) and word not in scene.colours and t.text not in lexicon().sizes
+
+
 def _known(noun: Token, scene: Scene) -> bool:
     if noun.text in lexicon().known or any(scene.word(noun, m).text or scene.word(noun, m).near for m in (True, False)):
         return True
     if any(distance(noun.text, w) <= 1 for m in (True, False) for w in scene.vocabulary(m) if len(w) > 2):
+        return True
+    if noun.text in lexicon().sizes or rank_of((noun,), 0, 1) is not None:
         return True
     generic = _SORTS | frozenset(lexicon().ordinals) | lexicon().function["vessels"] | lexicon().function["users"]
     return any(form in generic for form in singulars(noun.text)) or bool(closest(noun.text, generic))

@@ -11,7 +11,7 @@ from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.space.expressions import rank_of
+from llmbt_compiler.parsing.space.expressions import rank_of, relations
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
 __all__ = ["explanation", "without"]
@@ -26,6 +26,8 @@ _NOT = ("negation", "except", "instead", "conditional")
 def explanation(step: LabelledStep, scene: Scene) -> Extent | None:
     """The words after a comma that only say more about the thing named right before it; None without such.
 
+    A parenthesis is one where it tells of relations, ranks or of what is free.
+
     The name has a number or is the thing's own, a relative clause tells of it, or a further noun phrase: of a place one
     for a place ("position 34, the rightmost position of level 3"), of an object one with a rank ("the milk, the
     leftmost drink"). What tells of it by another colour, names another
@@ -34,15 +36,23 @@ def explanation(step: LabelledStep, scene: Scene) -> Extent | None:
     line = tokens(step.text)
     actions = {s.start for s in step.spans if s.label is Kind.ACTION}
     for i, t in enumerate(line):
-        thing = _named_before(line, i, scene) if t.text == "," else None
+        thing = _named_before(line, i, scene) if t.text in {",", "("} else None
         if thing is None or i + 2 >= len(line):
+            continue
+        if t.text == "(":
+            end = next((k for k in range(i, len(line)) if line[k].text == ")"), 0)
+            inner = line[i + 1 : end]
+            told = next((r.start for r in relations(inner)), len(inner))
+            if end and _remarks(inner) and _agrees(inner[:told], scene, thing):
+                return Extent(t.start, line[end].end)
             continue
         relative = line[i + 1].text in _RELATIVE and line[i + 2].text in _BEING
         end = _end(line, i + 1, actions)
-        ranks = scene[thing].movable and _a_rank(line, i + 1, end)
-        if not (relative or ranks or (not scene[thing].movable and _a_place(line[i + 1 :], scene))):
+        ranks = scene[thing].movable and _a_rank(line, i + 1, end, actions)
+        told = _a_relation(line, i + 1, end, actions) if scene[thing].movable else 0
+        if not (relative or ranks or told or (not scene[thing].movable and _a_place(line[i + 1 :], scene))):
             continue
-        if _agrees(line[i + 1 : end], scene, thing):
+        if _agrees(line[i + 1 : told or end], scene, thing):
             return Extent(t.start, line[end - 1].end)
     return None
 
@@ -75,6 +85,12 @@ def _named_before(line: Sequence[Token], i: int, scene: Scene) -> str | None:
     return None
 
 
+def _remarks(inner: Sequence[Token]) -> bool:
+    """Whether a parenthesis tells where a thing stands, or that another would do as well."""
+    loose = any(lexicon().is_(t.text, "vacant") or t.text in {"any", "anywhere"} for t in inner)
+    return bool(inner) and (loose or bool(relations(inner)) or rank_of(inner, 0, len(inner)) is not None)
+
+
 def _a_place(after: Sequence[Token], scene: Scene) -> bool:
     """Whether a noun phrase with an article begins that is about a place: its first noun is one for places."""
     if not lexicon().is_(after[0].text, "articles"):
@@ -89,11 +105,20 @@ def _a_place(after: Sequence[Token], scene: Scene) -> bool:
     return False
 
 
-def _a_rank(line: Sequence[Token], begin: int, end: int) -> bool:
+def _a_rank(line: Sequence[Token], begin: int, end: int, actions: set[int]) -> bool:
     """Whether a noun phrase with a rank is all there is, and no further member of a list."""
     if not lexicon().is_(line[begin].text, "articles") or any(t.text in {"and", "or"} for t in line[begin:end]):
         return False
-    return rank_of(line, begin + 1, min(end, begin + 4)) is not None and (end == len(line) or line[end].text != ",")
+    alone = end == len(line) or line[end].text != "," or any(t.start in actions for t in line[end + 1 : end + 3])
+    return alone and rank_of(line, begin + 1, min(end, begin + 4)) is not None
+
+
+def _a_relation(line: Sequence[Token], begin: int, end: int, actions: set[int]) -> int:
+    """Where the relation begins in ", the carton next to the water", said about the thing named before; 0: in none."""
+    alone = end == len(line) or line[end].text != "," or any(t.start in actions for t in line[end + 1 : end + 3])
+    if not alone or not lexicon().is_(line[begin].text, "articles") or any(t.text == "and" for t in line[begin:end]):
+        return 0
+    return next((begin + r.start for r in relations(line[begin:end]) if r.start < 5), 0)
 
 
 def _end(line: Sequence[Token], begin: int, actions: set[int]) -> int:
@@ -113,7 +138,7 @@ def _agrees(words: Sequence[Token], scene: Scene, thing: str) -> bool:
     entity = scene[thing]
     if entity.movable and any(t.text in scene.colours and t.text not in entity.colour for t in words[:6]):
         return False
-    for t, after in zip(words, [*words[1:], None], strict=True):
+    for t, after in zip(words, [*words[1:], None][: len(words)], strict=True):
         if after is None or after.number is None or not t.word:
             continue
         resolve = resolve_objects if entity.movable else resolve_places

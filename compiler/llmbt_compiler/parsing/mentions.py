@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
@@ -11,7 +11,7 @@ from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["mentioned_in", "names_in", "one_named"]
+__all__ = ["Mention", "mentioned_in", "mentions_in", "names_in", "one_named"]
 
 _LONGEST_NAME = 6
 _MARKS = frozenset({",", ".", "?", "!", ";", ":", "(", ")", "-", "\u2013", "\u2014", "or", "and"})
@@ -23,26 +23,37 @@ def mentioned_in(text: str, scene: Scene) -> tuple[str, ...]:
     return (*objects, *places)
 
 
+@dataclass(frozen=True, slots=True)
+class Mention:
+    """A thing that words[start:end] name."""
+
+    start: int
+    end: int
+    id: str
+
+
 def names_in(words: Sequence[Token], scene: Scene) -> tuple[list[str], list[str], str | None]:
     """The objects and the places that a text names by an id or a name of their own, and which come first."""
-    objects: dict[str, None] = {}
-    places: dict[str, None] = {}
-    first: str | None = None
+    found = list(dict.fromkeys(m.id for m in mentions_in(words, scene)))
+    objects = [i for i in found if scene[i].movable]
+    first = ("object" if scene[found[0]].movable else "place") if found else None
+    return objects, [i for i in found if not scene[i].movable], first
+
+
+def mentions_in(words: Sequence[Token], scene: Scene) -> tuple[Mention, ...]:
+    """Where a text names things by an id or a name of their own, in order; "object 1, 2 or 4" names three."""
+    found: list[Mention] = []
     i = 0
     while i < len(words):
         for length in range(min(_LONGEST_NAME, len(words) - i), 0, -1):
-            parts = words[i : i + length]
-            hit = _named(parts, scene)
+            hit = _named(words[i : i + length], scene)
             if hit is not None:
-                movable = scene[hit].movable
-                (objects if movable else places).setdefault(hit)
-                first = first or ("object" if movable else "place")
+                found.append(Mention(i, i + length, hit))
                 i += length
                 break
         else:
             i += 1
-    _lists(words, scene, objects, places)
-    return list(objects), list(places), first
+    return tuple(sorted((*found, *_lists(words, scene, {(m.start, m.id) for m in found})), key=lambda m: m.start))
 
 
 def _named(parts: Sequence[Token], scene: Scene) -> str | None:
@@ -65,17 +76,18 @@ def _spelt(parts: Sequence[Token]) -> str:
     return " ".join(t.number if t.number is not None else t.text for t in parts)
 
 
-def _lists(words: Sequence[Token], scene: Scene, objects: dict[str, None], places: dict[str, None]) -> None:
+def _lists(words: Sequence[Token], scene: Scene, known: set[tuple[int, str]]) -> Iterator[Mention]:
     """ "Object 1, 2 or 4", "level 1 or 2": the numbers after a noun that has one already."""
     for i, t in enumerate(words):
-        if not t.word or i + 1 >= len(words) or words[i + 1].number is None:
+        if not t.word or t.number is not None or i + 1 >= len(words) or words[i + 1].number is None:
             continue
-        j = i + 2
+        j = i + 1
         while j < len(words) and (words[j].text in {",", "or", "and"} or words[j].number is not None):
             if words[j].number is not None:
                 noun = t if not t.text.endswith("s") else replace(t, text=t.text[:-1])
                 for id_ in one_named((noun, words[j]), scene)[:1]:
-                    (objects if scene[id_].movable else places).setdefault(id_)
+                    if (i, id_) not in known:
+                        yield Mention(j, j + 1, id_)
             j += 1
 
 

@@ -156,9 +156,10 @@ class ParseResult:
 
     @property
     def exit_code(self) -> ExitCode:
-        """0, or the answer that settles most: bad input before a question before an impossibility."""
+        """0, or the answer that settles most: bad input before an impossibility, which no answer mends, before a
+        question."""
         codes = {exit_code_of(d) for d in self.errors()}
-        order = (ExitCode.BAD_INPUT, ExitCode.UNCLEAR, ExitCode.NO_SUCCESS)
+        order = (ExitCode.BAD_INPUT, ExitCode.NO_SUCCESS, ExitCode.UNCLEAR)
         return next((c for c in order if c in codes), ExitCode.OK)
 
 

@@ -57,6 +57,9 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
             return resolve_places(tuple(replace(t, owner=False) for t in parts[:-1]), scene, talk)
         if pronoun is not None and scene.persons:
             return resolve_places((replace(parts[-2], text=pronoun),), scene, talk)
+    own = [t for t in parts[:-1] if t.owner and lexicon().is_(t.text, "users")]
+    if own and parts[-1].text in scene.generic(False) and len(scene.persons) == 1:
+        return Found((scene.persons[0].id,))  # "the user's place"
     parts = (*(t for t in parts[:-1] if not (t.owner and lexicon().is_(t.text, "users"))), parts[-1])
     extent = Extent(parts[0].start, parts[-1].end)
     if len(parts) > 1 and parts[-1].text == "there" and talk.place is not None:  # "the second position there"
@@ -161,6 +164,8 @@ def _nested(head: Sequence[Token], inner: Sequence[Token], scene: Scene, talk: T
     elsewhere = resolve_places(head, scene, talk)
     if isinstance(elsewhere, Fault):
         return found if d.ordinal is not None or d.rank else elsewhere
+    if ANYWHERE in outer.ids:
+        return elsewhere  # "position 11 (any free position would do)"
     if all(scene[i].person and not any(scene.map.containers(i)) for i in elsewhere.ids):
         return elsewhere  # "the person at the desk": the map does not say where people are
     if all(any(scene.within(c, e) for c in outer.ids) for e in elsewhere.ids):

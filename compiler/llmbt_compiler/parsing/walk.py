@@ -100,7 +100,7 @@ class _Walker(Ordering):
     def after(self, step: LabelledStep) -> _Walker:
         """The walker after a step. Where it is not understood, what it adds to a name that is clear without it is
         passed over, unless that names something else."""
-        extent = explanation(step, self.scene) if len(step.text) <= _LONGEST and "," in step.text else None
+        extent = explanation(step, self.scene) if len(step.text) <= _LONGEST and {",", "("} & set(step.text) else None
         if extent is None:
             return self.read(step)
         before, whole, plain = self.errors(), self.fork().read(step), self.fork()

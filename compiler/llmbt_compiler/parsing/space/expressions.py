@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["Ranked", "Relation", "rank_of", "relations"]
+__all__ = ["Ranked", "Relation", "rank_of", "relations", "side_of"]
 
 _SIDES = ("to the {} of", "to the {} side of", "on the {} of", "on the {} side of", "at the {} of", "at the {} side of")
 _PHRASES: Mapping[str, tuple[str, ...]] = {
@@ -135,6 +135,7 @@ _SIDES_OF: Mapping[str, str] = {"left": "left", "right": "right", "front": "fron
 _END_NOUNS = frozenset({"end", "side", "edge", "corner", "part", "half", "hand", "-"})
 _MIDDLE = frozenset({"middle", "central", "centre", "center"})
 _COUNTED_FROM = frozenset({"from", "counting", "counted", "starting"})
+_BEING = frozenset({"that", "which", "is", "thats", "stands", "lies", "sits", "standing", "lying", "sitting"})
 _AT_AN_END = frozenset({"on", "at", "to", "in"})
 
 
@@ -177,6 +178,27 @@ def rank_of(tokens: Sequence[Token], start: int, end: int) -> Ranked | None:
     return Ranked(
         _without(parts, (word,)), "left" if middle else _SIDES_OF[word.text], 0 if middle else 1, end, plain=True
     )
+
+
+def side_of(tokens: Sequence[Token], start: int, end: int) -> Ranked | None:
+    """The rank in "the block at the very back of X": where X is a place that things stand on, its last one there.
+    `stop` is where the words for X begin."""
+    k = end
+    while k < len(tokens) and tokens[k].text in _BEING:
+        k += 1
+    if k >= len(tokens) or tokens[k].text not in _AT_AN_END | {"from"}:
+        return None
+    k += 1
+    while k < len(tokens) and tokens[k].text in {"the", "very", "far"}:
+        k += 1
+    if k + 2 >= len(tokens) or tokens[k].text not in _SIDES_OF:
+        return None
+    side = _SIDES_OF[tokens[k].text]
+    while k + 1 < len(tokens) and tokens[k + 1].text in _END_NOUNS:
+        k += 1
+    if k + 2 >= len(tokens) or tokens[k + 1].text not in {"of", "in"}:
+        return None
+    return Ranked(_without(tokens[start:end], ()), side, 1, k + 2)
 
 
 def _end_at(tokens: Sequence[Token], k: int) -> tuple[str, int]:

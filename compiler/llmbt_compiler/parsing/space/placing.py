@@ -144,12 +144,26 @@ class Placing(Ranking):
                 self.walk.told(found, Phrase(Kind.LOCATION, parts, Extent(parts[0].start, parts[-1].end)))
                 return found.ids, stop
             first = first or (found if isinstance(found, Fault) else self.too_many(found, parts, want))
+        there = self.standing_there(first, limit) if first is not None and want == 1 else None
+        if there is not None:
+            return there
         if relation.name in {"nearest", "farthest", "next", "above", "below"} and first is None:
             return None, relation.end
         raise self.walk.fault(
             first
             or Fault("E305", "the words name nothing to be next to", self.extent(relation), "what?", "name the thing")
         )
+
+    def standing_there(self, fault: Fault, stop: int) -> tuple[tuple[str, ...], int] | None:
+        """ "The green block on the shelf", of several green ones: that which stands on the place named behind it."""
+        if fault.code != "E304" or stop + 1 >= len(self.line) or self.line[stop].text not in {"on", "in", "at", "from"}:
+            return None
+        place = self.place_at(self.line[stop + 1 :])
+        if place is None:
+            return None
+        where = self.walk.ledger.where
+        ids = tuple(i for i in fault.candidates if self.walk.scene.within(where.get(i), place[0]))
+        return (ids, stop + 1 + place[1]) if len(ids) == 1 else None
 
     def both(self, parts: Sequence[Token]) -> Found | Fault:
         """Two landmarks: "object 1 and position 12", or "the two green blocks"."""

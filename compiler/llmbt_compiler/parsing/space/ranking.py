@@ -8,7 +8,7 @@ from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.clauses import Phrase
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.names import Fault, Found
-from llmbt_compiler.parsing.space.expressions import Ranked, rank_of
+from llmbt_compiler.parsing.space.expressions import Ranked, rank_of, side_of
 from llmbt_compiler.parsing.space.reading import Reading, named
 from llmbt_compiler.parsing.space.world import Wanted
 from llmbt_compiler.parsing.words import Token, lexicon
@@ -23,12 +23,14 @@ class Ranking(Reading):
 
     def rank(self, phrase: Phrase) -> None:
         """ "The leftmost red block", "the second position from the left on level 2"."""
-        if phrase.parts[0].start == phrase.parts[-1].start or phrase.relation:
+        if phrase.parts[0].start == phrase.parts[-1].start or phrase.relation or phrase not in self.clause.phrases:
             return  # settled already: a name stands for it
         start = next((i for i, t in enumerate(self.line) if t.start >= phrase.parts[0].start), None)
         if start is None:
             return
         end = next((i for i, t in enumerate(self.line) if t.start >= phrase.extent.end), len(self.line))
+        if phrase.kind is Kind.TARGET and self.at_a_side(start, end, phrase):
+            return
         of = rank_of(self.line, start, end)
         if of is None or (not of.core and not of.end):
             return
@@ -48,10 +50,28 @@ class Ranking(Reading):
         if movable:
             self.unlabelled(extent)
 
+    def at_a_side(self, start: int, end: int, phrase: Phrase) -> bool:
+        """ "The green block at the back of the sorting area": of those that stand there. Whether that was said."""
+        of = side_of(self.line, start, end)
+        place = self.place_at(self.line[of.stop :]) if of is not None else None
+        pool = self.world.every(of.core, True) if of is not None and place is not None else None
+        if of is None or place is None or not isinstance(pool, tuple) or self.walk.scene.single(place[0]):
+            return False
+        ids = [i for i in pool[0] if self.walk.scene.within(self.walk.ledger.where.get(i), place[0])]
+        stop = of.stop + place[1]
+        if not ids:
+            return False
+        found = self.world.ranked(of, True, ids, self.line[start:stop], False)
+        if isinstance(found, Fault):
+            raise self.walk.fault(found)
+        extent = Extent(phrase.parts[0].start, self.line[stop - 1].end)
+        self.put(tuple(named(phrase.kind, i, extent, phrase.preposition or "on") for i in found.ids), extent)
+        return True
+
     def ranked_object(self, of: Ranked, words: Sequence[Token], phrase: Phrase) -> Found | Fault | None:
         core, at = of.core, None
-        group = next(g for g in self.clause.groups if phrase in g.phrases)
-        for location in group.locations:
+        group = next((g for g in self.clause.groups if phrase in g.phrases), None)
+        for location in group.locations if group is not None else ():
             at = self.walk.quiet_place(location) if not location.relation and at is None else at
         cut = next((i for i, t in enumerate(core) if i and t.text in {"on", "in", "at", "of"}), None)
         if cut is not None:

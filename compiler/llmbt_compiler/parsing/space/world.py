@@ -347,7 +347,22 @@ class World:
         pool = free if wanted.free else list(slots)
         if not pool:
             return Fault("E308", f"`{words}`: no free position there", extent, "all are taken")
+        if of.end not in {"near", "far"}:
+            return self._chosen(self.ends(pool, of.end, of.rank), pool, words, extent, False, False)
         return self.ranked(of, False, pool, phrase, False)
+
+    def ends(self, slots: Sequence[str], end: str, rank: int) -> tuple[str, ...]:
+        """What has a rank among the positions of each row: the leftmost position of a shelf is one of every level."""
+        around = self.around()
+        rows: dict[str, list[Thing]] = {}
+        for i in slots:
+            thing = around.get(i)
+            if thing is not None:
+                rows.setdefault(next(iter(self.scene.map.containers(i)), ""), []).append(thing)
+        if end in {"near", "far"} or not rows:
+            return ()
+        found = [_middle(row) if rank == 0 else ranked(row, DIRECTIONS[end], rank) for row in rows.values()]
+        return tuple(sorted((i for ids in found for i in ids), key=natural))
 
     def in_order(self, container: str, end: str) -> tuple[str, ...] | None:
         """The positions of a container from one end to the other; None where they are not in such an order."""
@@ -366,11 +381,13 @@ def _at(groups: Sequence[Sequence[str]], rank: int) -> tuple[str, ...]:
 
 
 def _middle(things: Sequence[Thing]) -> tuple[str, ...]:
-    """The middle one of an odd number of things in a row, from the left or else from the front."""
+    """The middle one of an odd number of things in a row, from the left or else from the front; of an even number the
+    two in the middle."""
     for end in ("left", "front"):
         groups = ties(things, DIRECTIONS[end])
-        if len(groups) == len(things) and len(groups) % 2:
-            return groups[len(groups) // 2]
+        if len(groups) == len(things) and groups:
+            half = len(groups) // 2
+            return groups[half] if len(groups) % 2 else (*groups[half - 1], *groups[half])
     return tuple(t.id for t in things)
 
 

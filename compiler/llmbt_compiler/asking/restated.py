@@ -1,0 +1,75 @@
+"""The request itself as the steps, once an answer has settled what it left open; for where nobody is there to go on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from llmbt_atl.library import Library
+from llmbt_compiler.asking.question import Asked
+from llmbt_compiler.checking.phrases import Meant, meant_objects
+from llmbt_compiler.checking.spots import meant_places
+from llmbt_compiler.parsing.mentions import mentions_in
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import relations
+from llmbt_compiler.parsing.space.reading import name_end
+from llmbt_compiler.parsing.words import Token, tokens
+from llmbt_ir.semantic_map import SemanticMap
+
+__all__ = ["restated"]
+
+_FETCHING = frozenset({"bring", "fetch", "get", "give", "hand", "pass", "want", "like", "have", "gimme", "need"})
+
+
+def restated(
+    request: str, asked: Asked, ids: Sequence[str], semantic_map: SemanticMap, library: Library
+) -> Iterator[str]:
+    """Ways to say the request with the `ids` that an answer chose: in the place of the phrase that fits several of the
+    candidates, or with nothing but the one thing and the one place that are then left. The likeliest first."""
+    scene = Scene(semantic_map, library)
+    line = " ".join(request.split())
+    words = tokens(line)
+    objects = tuple(meant_objects(words, line, scene))
+    about = tuple(dict.fromkeys(m.ids[0] for m in objects if len(m.ids) == 1))
+    places = tuple(meant_places(words, line, scene, about))
+    names = " and ".join(i.replace("_", " ") for i in ids)
+    for phrase in (*objects, *places):
+        if set(ids) <= set(phrase.ids) and len(phrase.ids) > 1:
+            begin = words[phrase.start].start
+            on = "on " if _lacks_preposition(words, phrase, scene) else ""
+            yield f"{line[:begin]}{on}{names}{line[words[phrase.end - 1].end :]}"
+    if scene[ids[0]].movable:
+        named = _places_named(words, scene) or _who_asks(words, scene)
+        known = {m.id for m in mentions_in(words, scene) if scene[m.id].movable} - set(asked.candidates)
+        if len(named) == 1 and not known:
+            yield f"Put {names} on {named[0].replace('_', ' ')}."
+        return
+    moved = _moved(words, objects, places, scene)
+    if len(ids) == 1 and len(moved) == 1:
+        yield f"Put {moved[0].replace('_', ' ')} on {names}."
+
+
+def _lacks_preposition(words: Sequence[Token], phrase: Meant, scene: Scene) -> bool:
+    """Whether a phrase for a place stands without one: "shelf level 2, middle slot"."""
+    before = words[phrase.start - 1].text if phrase.start else ""
+    return not scene[phrase.ids[0]].movable and before not in {"on", "in", "at", "to", "onto", "into"}
+
+
+def _who_asks(words: Sequence[Token], scene: Scene) -> tuple[str, ...]:
+    """The user, where something is to be brought and nobody says to whom, or "to me"."""
+    fetched = any(t.text in _FETCHING for t in words)
+    return tuple(p.id for p in scene.persons) if fetched and len(scene.persons) == 1 else ()
+
+
+def _places_named(words: Sequence[Token], scene: Scene) -> tuple[str, ...]:
+    """The places that a request names by their own names, the innermost alone."""
+    found = dict.fromkeys(m.id for m in mentions_in(words, scene) if not scene[m.id].movable)
+    return tuple(p for p in found if not any(o != p and scene.within(o, p) for o in found))
+
+
+def _moved(words: Sequence[Token], objects: Sequence[Meant], places: Sequence[Meant], scene: Scene) -> tuple[str, ...]:
+    """What a request is about: the things that it names plainly, those left out that others are to be next to."""
+    landmarks = {k for r in relations(words) for k in range(r.start, max(name_end(words, r), r.end + 1))}
+    landmarks |= {k for p in places for k in range(p.start, p.end)}
+    spans = [(m.start, m.end, m.ids) for m in objects if len(m.ids) == m.count]
+    spans += [(m.start, m.end, (m.id,)) for m in mentions_in(words, scene) if scene[m.id].movable]
+    return tuple(dict.fromkeys(i for a, b, ids in spans if not landmarks & set(range(a, b)) for i in ids))

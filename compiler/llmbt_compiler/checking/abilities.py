@@ -1,0 +1,59 @@
+"""What a request orders in so many words, and no robot that only picks up and puts down can do: "wipe the table"."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_ir.diagnostics import Diagnostic, Span
+
+__all__ = ["unable"]
+
+_CARRYING = frozenset({
+    "pull", "push", "throw", "toss", "drag", "slide", "pack", "unpack", "hang", "lean", "share", "serve", "hide",
+    "pile", "park", "ship", "shove", "squeeze", "plant", "stick", "call", "ring", "light", "sell", "buy", "steal",
+    "assemble", "disassemble", "paste", "fill", "flip",
+})  # fmt: skip
+"""Verbs of the lexicon's `other` that may mean that a thing is brought somewhere."""
+_MORE = frozenset({
+    "open", "weigh", "warm", "chill", "taste", "unwrap", "grill", "toast", "microwave", "reheat", "butter", "repaint",
+    "photograph", "repair", "fix", "bend", "sharpen", "dust", "decorate", "charge",
+})  # fmt: skip
+_BEFORE = frozenset({"and", "then", "please", "also", "you", "just", "pls", "first", "to"})
+_MARKS = frozenset({".", "!", "?", ";", ":", ","})
+_OBJECT = frozenset({
+    "the", "it", "them", "my", "a", "an", "some", "me", "us", "both", "all", "each", "every", "this", "that", "these",
+    "those", "object", "objects", "one", "up", "everything", "two",
+})  # fmt: skip
+_OTHERS = frozenset({"i", "im", "ill", "we", "she", "he", "they", "weve", "ive", "who", "want", "going"})
+
+
+def unable(request: str) -> Iterator[Diagnostic]:
+    """E144 for each verb in the imperative, or after "you" and "and", that is beyond picking up and putting down, where
+    it has an object and the user is not who does it."""
+    line = " ".join(request.split())[:2000]
+    words = tokens(line)
+    verbs = (lexicon().verbs["other"] - _CARRYING) | _MORE
+    for i, t in enumerate(words[:-1]):
+        switched = t.text in {"turn", "switch"} and words[i + 1].text in {"on", "off"}
+        tidied = t.text == "clean" and words[i + 1].text == "up"
+        has_object = t.text in verbs and words[i + 1].text in _OBJECT and not tidied
+        if (has_object or switched) and _is_ordered(words, i):
+            shown = "".join(c if c.isprintable() else " " for c in line)
+            span = Span("request", 1, t.start + 1, t.end + 1, shown)
+            title = f"the request asks to `{t.text}`, and the robot can only pick things up and put them down"
+            yield Diagnostic("E144", title, span, "cannot be done", "ask for what is to be where")
+
+
+def _is_ordered(words: Sequence[Token], i: int) -> bool:
+    begin = max((k + 1 for k in range(i) if words[k].text in {".", "!", "?", ";"}), default=0)
+    before = [t.text for t in words[begin:i]]
+    if lexicon().function["negation"] & set(before) or lexicon().function["conditional"] & set(before):
+        return False
+    if not before:
+        return True
+    said = max((k for k, w in enumerate(before) if w == "you"), default=-1)
+    others = max((k for k, w in enumerate(before) if w in _OTHERS), default=-1)
+    if others > said or "so" in before or "that" in before or "which" in before:
+        return False
+    return before[-1] in _MARKS or (before[-1] in _BEFORE and (before[-1] != "to" or said >= 0))

@@ -1,0 +1,139 @@
+"""Requests that want more in one place than it holds, or one thing in two places, whatever the reply makes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from llmbt_atl.library import Library
+from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
+from llmbt_compiler.parsing import Goal
+from llmbt_compiler.parsing.mentions import mentions_in
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import relations
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_ir.diagnostics import Diagnostic, Span
+from llmbt_ir.semantic_map import SemanticMap
+
+__all__ = ["too_many"]
+
+_ENDS = frozenset({".", "!", "?", ";"})
+_ONTO = frozenset({"on", "onto", "in", "into", "to", "at"})
+_JOINING = frozenset({"and", ",", "&", "the", "both", "also", "plus"})
+_OTHERWISE = frozenset({
+    "then", "after", "afterwards", "later", "first", "until", "or", "from", "swap", "exchange", "switch", "between",
+    "respectively", "either", "if", "clear", "empty", "free", "via", "not", "starting", "where",
+})  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class _Named:
+    """What words[start:end] name; `led`: a word like "on" stands before it."""
+
+    start: int
+    end: int
+    ids: tuple[str, ...]
+    count: int = 1
+    led: bool = False
+
+
+def too_many(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, library: Library) -> Iterator[Diagnostic]:
+    """E308 for more things than a place has positions, what stays there counted; E343 for a thing in two places."""
+    scene = Scene(semantic_map, library)
+    line = " ".join(request.split())[:2000]
+    words = tokens(line)
+    phrases = tuple(meant_objects(words, line, scene))
+    yield from _full(words, line, phrases, goals, scene)
+    for begin, end in _sentences(words):
+        if {t.text for t in words[begin:end]} & _OTHERWISE or relations(words[begin:end]):
+            continue
+        named = _objects(words, begin, end, phrases, scene)
+        places = _places(words, begin, end, scene)
+        yield from _in_two(words, line, named, places, scene)
+        yield from _on_one(words, line, named, places, scene)
+
+
+def _full(
+    words: Sequence[Token], line: str, phrases: Sequence[Meant], goals: Sequence[Goal], scene: Scene
+) -> Iterator[Diagnostic]:
+    """ "All six blocks on level 1", which has four positions."""
+    moved = {g.condition.args[0] for g in goals if g.condition.name == "On"}
+    for phrase in phrases:
+        end = next((k for k in range(phrase.end, len(words)) if words[k].text in _ENDS), len(words))
+        to = next((k for k in range(phrase.end, end) if words[k].text in _ONTO), None)
+        place, stop = place_named(words, to + 1, scene) if to is not None else (None, end)
+        if phrase.count < 2 or place is None or "and" in [t.text for t in words[stop:end]]:
+            continue
+        slots = [p.id for p in scene.map.inside(place) if scene.single(p.id)]
+        stay = [o.id for o in scene.map.objects if o.place in slots and o.id not in moved | set(phrase.ids)]
+        if slots and phrase.count + len(stay) > len(slots):
+            title = f"{place} has {len(slots)} positions, and the request wants {phrase.count} things there"
+            label = f"{', '.join(stay)} stays there" if stay else "too many"
+            span = _span(words[phrase.start : stop], line)
+            yield Diagnostic("E308", title, span, label, "take another place")
+
+
+def _in_two(
+    words: Sequence[Token], line: str, named: Sequence[_Named], places: Sequence[_Named], scene: Scene
+) -> Iterator[Diagnostic]:
+    """ "The water on the desk and on the bar"."""
+    if len(named) != 1 or len(named[0].ids) != 1:
+        return
+    for a, b in pairwise(places):
+        between = {t.text for t in words[a.end : b.start]}
+        apart = not (scene.within(a.ids[0], b.ids[0]) or scene.within(b.ids[0], a.ids[0]))
+        if a.led and "and" in between and between <= _JOINING | _ONTO and apart:
+            title = f"the request contradicts itself: {named[0].ids[0]} would be in two places: {a.ids[0]}, {b.ids[0]}"
+            yield Diagnostic("E343", title, _span(words[a.start : b.end], line), "two places", "name one of them")
+
+
+def _on_one(
+    words: Sequence[Token], line: str, named: Sequence[_Named], places: Sequence[_Named], scene: Scene
+) -> Iterator[Diagnostic]:
+    """ "Object 3 and object 5 both on position 24"."""
+    if len(places) != 1 or not places[0].led or not scene.single(places[0].ids[0]):
+        return
+    joined = all({t.text for t in words[a.end : b.start]} <= _JOINING for a, b in pairwise(named))
+    ids = tuple(dict.fromkeys(i for n in named for i in n.ids))
+    if joined and len(ids) > 1 and named[-1].end <= places[0].start and all(len(n.ids) == n.count for n in named):
+        title = f"{places[0].ids[0]} takes one thing at a time, and the request wants {', '.join(ids)} there"
+        span = _span(words[named[0].start : places[0].end], line)
+        yield Diagnostic("E308", title, span, "too many", "take another place")
+
+
+def _sentences(words: Sequence[Token]) -> Iterator[tuple[int, int]]:
+    begins = [0, *(i + 1 for i, t in enumerate(words) if t.text in _ENDS), len(words)]
+    return ((a, b) for a, b in pairwise(begins) if b > a)
+
+
+def _objects(
+    words: Sequence[Token], begin: int, end: int, phrases: Sequence[Meant], scene: Scene
+) -> tuple[_Named, ...]:
+    """The objects named in a sentence, in order, none within another's words."""
+    found = [_Named(m.start, m.end, m.ids, m.count) for m in phrases]
+    found += [_Named(m.start, m.end, (m.id,)) for m in mentions_in(words, scene) if scene[m.id].movable]
+    found = sorted((n for n in found if begin <= n.start < end), key=lambda n: (n.start, -n.end))
+    kept: list[_Named] = []
+    for n in found:
+        if not kept or n.start >= kept[-1].end:
+            kept.append(n)
+    return tuple(kept)
+
+
+def _places(words: Sequence[Token], begin: int, end: int, scene: Scene) -> tuple[_Named, ...]:
+    found = [m for m in mentions_in(words, scene) if not scene[m.id].movable and begin <= m.start < end]
+    return tuple(_Named(m.start, m.end, (m.id,), led=_led(words, m.start)) for m in found)
+
+
+def _led(words: Sequence[Token], start: int) -> bool:
+    """Whether a word like "on" leads to a place."""
+    k = start - 1
+    while k >= 0 and lexicon().is_(words[k].text, "articles"):
+        k -= 1
+    return k >= 0 and words[k].text in _ONTO
+
+
+def _span(parts: Sequence[Token], line: str) -> Span:
+    shown = "".join(c if c.isprintable() else " " for c in line)
+    return Span("request", 1, parts[0].start + 1, parts[-1].end + 1, shown)
