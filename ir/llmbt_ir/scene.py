@@ -57,6 +57,9 @@ __all__ = [
 REACH_M = 0.8
 """How far from its base the arm puts things down from above."""
 
+NEAREST_TARGET_M = 1e-3
+"""A camera's target is at least so far from it."""
+
 
 def to_semantic_map(scene: Scene) -> SemanticMap:
     """What the compiler gets to know of a scene at its start: objects and places; parked obstacles are left out."""
@@ -122,7 +125,8 @@ def parse_scene(data: bytes, source: str = "scene.xml") -> Scene:
 
     Errors, all with a line: E003-E006 as XML; E020 an id used twice; E021 an unknown place; E022 a place that
     contains itself; E041 a body that stands on a place without a surface; E042 bodies that overlap at the start;
-    E043 an unknown colour; E044 a body that the gripper cannot hold; E046 an object with no position, or two.
+    E039 a camera that looks at where it is; E043 an unknown colour; E044 a body that the gripper cannot hold;
+    E045 a ball or cylinder with two diameters; E046 an object with no position, or two.
     """
     root = parse_xml(data, source, schema="scene")
     return _Reader(root, source).scene()
@@ -243,10 +247,14 @@ class _Reader:
         )
 
     def camera(self, node: Element) -> Camera:
+        id_, eye, target = self.claim(node), _triple(node.get("eye_m")), _triple(node.get("target_m"))
+        if math.dist(eye, target) < NEAREST_TARGET_M:
+            title = f"camera `{id_}` looks at where it is: its target_m is its eye_m"
+            self.fault("E039", title, line_of(node), "target_m is a point that it has in the middle of its image")
         return Camera(
-            id=self.claim(node),
-            eye_m=_triple(node.get("eye_m")),
-            target_m=_triple(node.get("target_m")),
+            id=id_,
+            eye_m=eye,
+            target_m=target,
             fov_deg=float(node.get("fov_deg", "45")),
             width_px=int(node.get("width_px", "640")),
             height_px=int(node.get("height_px", "480")),
@@ -269,6 +277,7 @@ class _Reader:
                 line,
                 "make one of the first two numbers of size_m smaller",
             )
+        self.check_round(id_, node.get("shape", "box"), size, line)
         return Body(
             id=id_,
             name=node.get("name") or id_.replace("_", " "),
@@ -283,6 +292,13 @@ class _Reader:
             movable=movable,
             line=line,
         )
+
+    def check_round(self, id_: str, shape: str, size: Vec3, line: int) -> None:
+        """What is round has one diameter."""
+        across = {"sphere": size, "cylinder": size[:2]}.get(shape, (1.0,))
+        if not math.isclose(min(across), max(across)):
+            hint = f"size_m of a {shape} is diameter, diameter, {'height' if shape == 'cylinder' else 'diameter'}"
+            self.fault("E045", f"the {shape} `{id_}` has more than one diameter", line, hint)
 
     def pose(self, node: Element, id_: str, size: Vec3, places: Mapping[str, ScenePlace]) -> Pose | None:
         quat = quat_from_yaw(float(node.get("yaw_rad", "0")))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -36,6 +37,8 @@ PLATFORM_RADIUS_M = 0.25
 """The mobile robot's platform is a disc from the floor up to the arm's base."""
 MAX_GRASP_M = 0.07
 """The widest thing that the gripper of a panda closes on, with room for the fingers."""
+_PLUMB = 1e-3
+"""A camera looks straight down, or up, where it goes aside by less than this part of its way."""
 DEFAULT_MASS_KG = 0.08
 DEFAULT_FRICTION = 0.8
 DEFAULT_ROLLING = 0.001
@@ -142,7 +145,8 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A pinhole camera that looks from `eye_m` at `target_m`, up being up; `fov_deg` is the vertical angle."""
+    """A pinhole camera that looks from `eye_m` at `target_m`, up being up; `fov_deg` is the vertical angle. Where it
+    looks straight down or up, the top of its image is where x points."""
 
     id: str
     eye_m: Vec3
@@ -150,6 +154,12 @@ class Camera:
     fov_deg: float = 45.0
     width_px: int = 640
     height_px: int = 480
+
+    @property
+    def up_m(self) -> Vec3:
+        """A direction that shows upwards in its image, never that in which it looks."""
+        dx, dy, dz = (b - a for a, b in zip(self.eye_m, self.target_m, strict=True))
+        return (1.0, 0.0, 0.0) if math.hypot(dx, dy) < _PLUMB * abs(dz) else (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,6 +198,11 @@ class Scene:
         """How many places contain it."""
         return sum(1 for _ in self.with_containers(place)) - 1
 
+    def precedence(self, place: ScenePlace) -> tuple[float, bool, float, str]:
+        """The order in which places are asked whether something is on them: the innermost first, a slot before what
+        takes many, the smaller surface before the larger."""
+        return -self.depth(place.id), not place.is_slot, place.size_m[0] * place.size_m[1], place.id
+
     def most_specific(self, x_m: float, y_m: float, bottom_m: float) -> str | None:
         """The innermost place that a body stands on, given its centre from above and the height of its bottom."""
         found = [
@@ -195,4 +210,4 @@ class Scene:
             for p in self.places
             if p.surface_m is not None and p.covers(x_m, y_m) and abs(bottom_m - p.surface_m[2]) <= SUPPORT_TOLERANCE_M
         ]
-        return max(found, key=lambda p: self.depth(p.id)).id if found else None
+        return min(found, key=self.precedence).id if found else None

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from llmbt_ir.geometry import Vec3, yaw_from_quat
 from llmbt_ir.scene_model import PLATFORM_RADIUS_M, ROBOT_FOOTPRINT_M, Body, Fixture, RobotModel
 
-__all__ = ["Solid", "overlaps"]
+__all__ = ["Solid", "overlaps", "robot_solid"]
 
 Vec2 = tuple[float, float]
 
@@ -50,15 +50,20 @@ class Solid:
         )
 
 
+def robot_solid(xyz_m: Vec3, model: RobotModel) -> Solid:
+    """The robot's base, with the platform below it."""
+    below = xyz_m[2] if model is RobotModel.MOBILE_PANDA else 0.0
+    height = ROBOT_FOOTPRINT_M[2] + below
+    size = (2 * PLATFORM_RADIUS_M, 2 * PLATFORM_RADIUS_M) if below else ROBOT_FOOTPRINT_M[:2]
+    x, y, z = xyz_m
+    return Solid("the robot", (x, y, z - below + height / 2), (*size, height), 0.0)
+
+
 def overlaps(
     fixtures: Iterable[Fixture], objects: Iterable[Body], robot_xyz_m: Vec3, model: RobotModel
 ) -> Iterator[tuple[Body, str]]:
     """The objects that reach into the robot, a fixture or an object before them, each with what it reaches into."""
-    below = robot_xyz_m[2] if model is RobotModel.MOBILE_PANDA else 0.0
-    height = ROBOT_FOOTPRINT_M[2] + below
-    size = (2 * PLATFORM_RADIUS_M, 2 * PLATFORM_RADIUS_M) if below else ROBOT_FOOTPRINT_M[:2]
-    x, y, z = robot_xyz_m
-    solids = [Solid("the robot", (x, y, z - below + height / 2), (*size, height), 0.0)]
+    solids = [robot_solid(robot_xyz_m, model)]
     solids += [Solid(f"`{f.id}`", f.xyz_m, f.size_m, 0.0) for f in fixtures]
     for o in objects:
         if o.pose is None:

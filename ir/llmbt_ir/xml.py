@@ -165,8 +165,20 @@ def _validate(root: Element, data: bytes, source: str, schema: str) -> None:
             continue
         seen.add(entry.line)
         text = lines[entry.line - 1].rstrip()[:200] if 0 < entry.line <= len(lines) else ""
-        found.append(Diagnostic("E006", _plain(entry.message), Span(source, entry.line, text=text)))
+        found.append(
+            Diagnostic("E006", _bad_value(root, entry) or _plain(entry.message), Span(source, entry.line, text=text))
+        )
     raise LlmbtError(*found)
+
+
+def _bad_value(root: Element, entry: Any) -> str | None:
+    """Which value is not a number, where an attribute of numbers (a name that ends in a unit) has one."""
+    said = re.fullmatch(r"Invalid attribute (\S+_(?:m|rad|kg|deg)) for element (\S+)", entry.message)
+    nodes = [] if said is None else [n for n in root.iter(said[2]) if line_of(n) == entry.line]
+    if said is None or len(nodes) != 1:
+        return None
+    odd = [v for v in (nodes[0].get(said[1]) or "").split() if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)", v)]
+    return f"`{odd[0]}` in `{said[1]}` of <{said[2]}> is no plain decimal number, as 0.4" if odd else None
 
 
 def _plain(message: str) -> str:

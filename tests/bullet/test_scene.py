@@ -64,6 +64,26 @@ def test_left_and_right_are_the_robots_unless_a_viewer_is_declared() -> None:
     assert [d.code for d in faults(text().replace("</Scene>", '<Viewer of="guest"/></Scene>'))] == ["E006"]
 
 
+@pytest.mark.parametrize(("shape", "size"), [("sphere", "0.04 0.05 0.04"), ("cylinder", "0.04 0.05 0.08")])
+def test_what_is_round_has_one_diameter(shape: str, size: str) -> None:
+    changed = text().replace('shape="cube" size_m="0.045 0.045 0.045"', f'shape="{shape}" size_m="{size}"', 1)
+    (found,) = faults(changed)
+    assert found.code == "E045" and shape in found.title
+    assert found.span is not None and found.span.line == line_of(changed, f'shape="{shape}"')
+
+
+@pytest.mark.parametrize("value", ["9.5e-1", "nan", "one"])
+def test_which_number_is_none(value: str) -> None:
+    (found,) = faults(text().replace('eye_m="0.95 1.55', f'eye_m="{value} 1.55'))
+    assert found.code == "E006" and found.title.startswith(f"`{value}` in `eye_m` of <Camera> is no plain decimal")
+
+
+def test_a_camera_does_not_look_at_where_it_is() -> None:
+    changed = text().replace('target_m="0.27 0.15 0.57"', 'target_m="0.95 1.55 1.35"')
+    (found,) = faults(changed)
+    assert found.code == "E039" and found.span is not None and found.span.line == line_of(changed, 'id="front"')
+
+
 def test_unknown_scene_names_its_nearest() -> None:
     with pytest.raises(LlmbtError, match="E040") as raised:
         load_scene("cargo_sortin")

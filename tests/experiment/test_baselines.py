@@ -126,6 +126,13 @@ def test_scenarios_in_physics_are_in_equal_parts_and_paired_over_methods():
     assert found == list(scenarios(CARGO, order))
 
 
+def test_what_physics_brings_in_is_declared_in_the_scene():
+    order = BaselineOrder(("bullet",), 5 * (len(NAMES) - 1), methods=("loop",))
+    scenes = [CASES[s.case].scene for s in scenarios(CARGO, order) if s.cell == "impossible"]
+    assert len(scenes) == 5
+    assert all(any(not b.movable for b in scene.obstacles) for scene in scenes)
+
+
 @pytest.mark.slow
 def test_from_beginning_to_end_twice_the_same(tmp_path):
     order = BaselineOrder(("symbolic",), 1, 1, 3, ("script", "loop"))

@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from llmbt_compiler.recognition.doubts import doubts
 from llmbt_compiler.recognition.files import read_capture, write_capture
 from llmbt_compiler.recognition.recognise import STAGES, recognise
 from llmbt_ir.capture import Capture, Gripper, PointCloud
 from llmbt_ir.diagnostics import LlmbtError
 from llmbt_ir.geometry import Pose, quat_from_yaw
-from llmbt_ir.scene import Scene, load_scene, scene_names, to_semantic_map
+from llmbt_ir.scene import Camera, Scene, load_scene, scene_names, to_semantic_map
 from llmbt_ir.semantic_map import SemanticMap, parse_map, write_map
 from llmbt_runtime.bullet.camera import DepthCameras, Snapshot
 from llmbt_runtime.perception.rgbd import cloud_of, noisy, project
@@ -201,13 +202,25 @@ def test_what_the_gripper_holds() -> None:
     assert math.dist(thing.pose.xyz_m, held.xyz_m) < 0.006
 
 
+DOWN = Camera("down", (0.16, 0.5, 1.5), (0.16, 0.5, 0.4), 45.0)
+"""As over a bench: straight down."""
+
+
+def test_a_camera_may_look_straight_down() -> None:
+    """Beside one that sees sides as well."""
+    scene = load_scene("cargo_sorting")
+    scene = replace(scene, cameras=(scene.cameras[1], DOWN))
+    found = recognise(seen(scene, start(scene)), scene)
+    assert max(off_m(found, start(scene)).values()) < 0.004 and len(found.objects) == 6
+
+
 def test_points_lie_where_things_are() -> None:
     """A pixel's ray goes through its middle: the table is at its height and blocks are at their sides, to 0.1 mm."""
     scene = load_scene("cargo_sorting")
     cameras = DepthCameras(scene)
     snapshot = Snapshot(REST, start(scene))
     try:
-        for camera in scene.cameras:
+        for camera in (*scene.cameras, DOWN, replace(DOWN, target_m=(0.161, 0.5, 0.4))):
             image = cameras.look(snapshot, camera)
             cloud = cloud_of(image)
             z = cloud.xyz_m[:, 2]
@@ -267,6 +280,36 @@ def test_what_is_no_cloud(tmp_path: Path, name: str, content: str | None, code: 
     with pytest.raises(LlmbtError) as fault:
         read_capture((tmp_path / name,))
     assert fault.value.diagnostics[0].code == code
+
+
+def test_one_point_is_no_way_apart_from_others() -> None:
+    one = Capture(PointCloud(np.array([[0.3, 0.3, 0.4]]), np.full((1, 3), 0.5)))
+    assert [(d.code, d.title) for d in doubts(one, load_scene("cargo_sorting"))] == [("W454", "it has one point there")]
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".pcd"])
+@pytest.mark.parametrize("ascii_", [False, True])
+def test_a_torn_cloud_is_none(tmp_path: Path, suffix: str, ascii_: bool) -> None:
+    """As a copy that was broken off leaves it: its reader would fill up what is missing."""
+    from llmbt_compiler.recognition.open3d import open3d
+
+    o3d = open3d()
+    whole = o3d.t.geometry.PointCloud(o3d.core.Tensor(cargo().cloud.xyz_m[:500].astype(np.float32)))
+    whole.point.colors = o3d.core.Tensor(np.round(cargo().cloud.rgb[:500] * 255).astype(np.uint8))
+    path = tmp_path / f"whole{suffix}"
+    o3d.t.io.write_point_cloud(str(path), whole, write_ascii=ascii_)
+    assert len(read_capture((path,)).cloud) == 500
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(LlmbtError, match=r"promises 500 points, and it holds 4\d\d") as fault:
+        read_capture((path,))
+    assert fault.value.diagnostics[0].code == "E451"
+
+
+def test_coordinates_that_nothing_has(tmp_path: Path) -> None:
+    head = "ply\nformat ascii 1.0\nelement vertex 2\n" + "".join(f"property float {a}\n" for a in "xyz")
+    (tmp_path / "far.ply").write_text(head + "end_header\n0.1 0.2 0.3\n0.1 nan 4.6e32\n")
+    with pytest.raises(LlmbtError, match="beyond 1e\\+07"):
+        read_capture((tmp_path / "far.ply",))
 
 
 @pytest.mark.parametrize("content", ["", "[]", '{"clouds": ["../x.ply"]}', '{"clouds": []}'])

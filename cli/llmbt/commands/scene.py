@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["scene"]
 
-FOUND = ("E020", "E021", "E022", "E036", *(f"E04{i}" for i in range(1, 10)))
+FOUND = ("E020", "E021", "E022", "E036", "E039", *(f"E04{i}" for i in range(1, 10)))
 """What `check` finds; that a file cannot be read, or is no scene, is bad input here as everywhere."""
 
 
@@ -112,7 +112,10 @@ def _draw(found: Scene, out: Path, camera: str | None, size: str) -> None:
 @click.option("--strict", is_flag=True, help="Warnings count as faults.")
 @json_flag
 def check(name: str, strict: bool, as_json: bool) -> int:
-    """Check SCENE, a shipped one's name or a file: ids used twice, bodies that overlap, places out of reach."""
+    """Check SCENE, a shipped one's name or a file: ids used twice, bodies that overlap, places out of reach.
+
+    Exit code 6 where there are errors; with --strict where there is anything; 1 where the file is no scene.
+    """
     from llmbt.render import print_json, render
 
     found = tuple(_findings(name))
@@ -136,14 +139,18 @@ def _findings(name: str) -> Iterator[Diagnostic]:
 
     try:
         found = load_scene(name)
-        domain_of(load_library(found.library, beside=Path(found.source).parent), to_semantic_map(found))
+        library = load_library(found.library, beside=Path(found.source).parent)
+        domain = domain_of(library, to_semantic_map(found))
     except LlmbtError as fault:
         if any(d.code not in FOUND for d in fault.diagnostics):
             raise
         yield from fault.diagnostics
         return
+    from llmbt_ir.scene_hints import hints
     from llmbt_runtime.bullet.checking import findings
+    from llmbt_runtime.disturbance import drives
 
+    yield from hints(found, library.types, drives=drives(domain))
     yield from findings(found)
 
 

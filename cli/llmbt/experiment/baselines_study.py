@@ -67,7 +67,7 @@ def scenarios(experiment: Experiment, order: BaselineOrder) -> Iterator[Scenario
     meet are left out."""
     rights = _Rights(experiment)
     for world in order.worlds:
-        kinds = [c for c in (*CELLS, *UNSOLVABLE_CELLS) if _able(experiment, rights, c)]
+        kinds = [c for c in (*CELLS, *UNSOLVABLE_CELLS) if _able(experiment, rights, world, c)]
         if world == "bullet":
             kinds = [c for c in kinds if c in NAMES]
             cells = [kinds[i % len(kinds)] for i in range(order.trials)]
@@ -78,22 +78,21 @@ def scenarios(experiment: Experiment, order: BaselineOrder) -> Iterator[Scenario
             number = counts[cell]
             counts[cell] += 1
             seed = seed_of(order.seed, world, cell, number)
-            found = (
-                _scenario(world, cell, case, rights, number, seed) for case in _turn(experiment, rights, cell, number)
-            )
+            turn = _turn(experiment, rights, world, cell, number)
+            found = (_scenario(world, cell, case, rights, number, seed) for case in turn)
             scenario = next((s for s, case in found if s.events or comes_about(s, case)), None)
             if scenario is not None:
                 yield scenario
 
 
-def _able(experiment: Experiment, rights: _Rights, cell: str) -> list[Case]:
+def _able(experiment: Experiment, rights: _Rights, world: str, cell: str) -> list[Case]:
     firsts = ((c, rights.get(c, 0)) for c in experiment.cases)
-    return [c for c, first in firsts if first is not None and applies(cell, c, first[1])]
+    return [c for c, first in firsts if first is not None and applies(world, cell, c, first[1])]
 
 
-def _turn(experiment: Experiment, rights: _Rights, cell: str, number: int) -> Iterator[Case]:
+def _turn(experiment: Experiment, rights: _Rights, world: str, cell: str, number: int) -> Iterator[Case]:
     """The case whose turn it is, and then those after it, should the disturbance not come about in it."""
-    able = _able(experiment, rights, cell)
+    able = _able(experiment, rights, world, cell)
     yield from (able[(number + i) % len(able)] for i in range(len(able)))
 
 

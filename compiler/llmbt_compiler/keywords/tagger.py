@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from llmbt_compiler.keywords.decoding import best_path, best_paths, certain_path, log_softmax, marginals
 from llmbt_compiler.keywords.labels import LABELS, Label, Reading, TaggedStep, Word, decode, split
 from llmbt_compiler.keywords.pieces import Window, WordPiece, read_vocabulary, windows
+from llmbt_compiler.keywords.slips import respelt
 from llmbt_compiler.keywords.weights import read_weights
 
 __all__ = [
@@ -112,7 +113,7 @@ def tag_with(
 ) -> tuple[TaggedStep, ...]:
     """Tags with any model. `score` gives for each window the scores of its words' first pieces (words x 8)."""
     words = [split(text) for text in texts]
-    cut_up = [windows([w.text for w in ws], cut) for ws in words]
+    cut_up = [windows([respelt(w.text) for w in ws], cut) for ws in words]
     queue = [window for found in cut_up for window in found]
     scores: dict[int, NDArray[np.float32]] = {}
     by_length = sorted(range(len(queue)), key=lambda i: len(queue[i].ids))

@@ -43,7 +43,7 @@ class Acting(Placing):
                     ids[0] if len(ids) == 1 else None,
                     False,
                 )
-            elif phrase.kind == "Destination":
+            elif phrase.kind == "Destination" or self.places_of(phrase):
                 self.carry_to(phrase)
 
     def carry_to(self, phrase: Phrase) -> None:
@@ -120,9 +120,19 @@ class Acting(Placing):
         to = [p for p in (*group.destinations, *group.locations) if lex.is_(p.preposition, "onto")]
         to += [p for p in group.destinations if not p.preposition or p.preposition in _COMMAS]
         to = [p for p in to if not (p.preposition in _COMMAS and p.extent.start < clause.extent.start)]
+        if not to and group.targets:
+            to = [p for p in group.destinations if lex.is_(p.preposition, "at") and self.elsewhere(group.targets, p)]
         if to and self.placing() and (group.targets or self.ledger.pending):
             rest = tuple(p for p in (*group.locations, *group.destinations) if p not in to)
             self.bring(clause, self.placing(), Group(group.targets, tuple(to), rest), excluded)
+            return
+        behind = self.missed(clause, group) if self.placing() and not to else None
+        if behind is not None and lex.is_(behind.preposition, "onto") and group.targets:
+            self.bring(clause, self.placing(), replace(group, destinations=(behind,)), excluded)
+            return
+        returned = "back" in clause.particles and "up" not in clause.particles and not group.destinations
+        if self.placing() and group.targets and not to and (returned or self.to_origin(clause)):
+            self.bring(clause, self.placing(), group, excluded)  # "take it back to where it was"
             return
         above = [p for p in group.phrases if p.kind != "Target" and lex.is_(p.relation, "hover")]
         locations = tuple(p for p in (*group.locations, *group.destinations) if p not in above)
@@ -130,6 +140,14 @@ class Acting(Placing):
         self.take(clause, templates[0], found.ids)
         for phrase in above:  # "hold it above position 21"
             self.carry_to(phrase)
+
+    def elsewhere(self, targets: Sequence[Phrase], phrase: Phrase) -> bool:
+        """Whether a phrase names a place at which none of the targets is or was."""
+        ids = [i for p in targets for i in self.quiet(p)]
+        place = self.quiet_place(phrase) if not phrase.relation else None
+        if not ids or place is None or place in {ANYWHERE, ORIGIN}:
+            return False
+        return not any(self.scene.within(w, place) for i in ids for w in (self.ledger.where.get(i), self.origin.get(i)))
 
     def change(self, clause: Clause, template: Template, group: Group, excluded: tuple[Phrase, ...]) -> None:
         """A target is made what the template's Post says, wherever it is."""

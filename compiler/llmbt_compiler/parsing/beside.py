@@ -13,7 +13,7 @@ from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.scene import Entity, Scene
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["in_passing", "mentioned", "mentions", "restrictions", "unread"]
+__all__ = ["done_before", "in_passing", "mentioned", "mentions", "restrictions", "unread"]
 
 _MARKS = frozenset({",", ".", ";", ":"})
 _RESTRICTION = re.compile(
@@ -64,6 +64,27 @@ def unread(step: LabelledStep, scene: Scene, used: Sequence[Extent]) -> tuple[Ex
         if _free(step, first, last) and not known and not in_passing(parts, first, step, used):
             found.append(extent)
     return tuple(sorted(found))
+
+
+_DONE = re.compile(
+    r"\b(?:after|once\s+you\s+(?:have|are\s+done))\s+(?P<verb>\w+(?:ing|ed))\b(?P<rest>[^,;.]*)", re.IGNORECASE
+)
+
+
+def done_before(step: LabelledStep, scene: Scene) -> Iterator[tuple[Extent, str, str]]:
+    """Where a step says that a thing has been brought to a place before ("after placing object 1 on position 11"), in
+    words that are no keywords; with the thing and the place."""
+    for m in _DONE.finditer(step.text):
+        if any(m.start() < s.end and s.start < m.end() for s in step.spans):
+            continue
+        named = [
+            [t for t in tokens(step.text, *m.span("rest")) if first.start <= t.start <= last.start]
+            for first, last in mentions(tokens(step.text, *m.span("rest")), scene)
+        ]
+        things = [e.id for n in named for e in exactly_named(n, scene.objects)]
+        places = [e.id for n in named for e in exactly_named(n, scene.places)]
+        if len(things) == len(places) == 1:
+            yield Extent(*m.span()), things[0], places[0]
 
 
 def restrictions(step: LabelledStep) -> tuple[Extent, ...]:

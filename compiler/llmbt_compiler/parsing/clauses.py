@@ -73,6 +73,7 @@ class Phrase:
     after: tuple[Token, ...] = ()
     excluded: bool = False
     apposed: bool = False
+    vague: bool = False
 
     def many_of(self, count: int) -> bool:
         """Whether it says so many ("the two blocks")."""
@@ -237,6 +238,10 @@ def _is_heading(text: _Text, group: Sequence[KeywordSpan], nxt: Sequence[Keyword
     kinds = {s.label for s in group}
     after = text.after(group[-1].end)
     told = {s.label for s in nxt} > {Kind.TARGET}
+    by = next((s for s in nxt if s.label is Kind.ACTION), None)
+    lead = text.words_between(group[-1].end, by.start)[-1:] if by is not None else []
+    if Kind.ACTION in kinds and lead == ["by"] and by is not None and by.text.casefold().endswith("ing"):
+        return Kind.DESTINATION not in kinds  # "clear the table by moving everything on it to the shelf"
     return Kind.ACTION in kinds and Kind.DESTINATION not in kinds and bool(after) and after[0].text == ":" and told
 
 
@@ -255,6 +260,9 @@ def _with_exceptions(text: _Text) -> tuple[_Text, tuple[KeywordSpan, ...]]:
         after = [t for t in text.all if s.end <= t.start and t.end <= stop and t.text not in _MARKUP]
         at = 1 if after and after[0].text == "," else 0
         size = excepts(after, at)
+        behind = 0 if size else _standing(text, s.end, after)
+        if behind and excepts(after, behind):  # "everything on the shelf apart from the milk"
+            at, size = behind, excepts(after, behind)
         cut = text.inside(s.start, s.end)[-1:]  # "the block labelled | object 5", the name cut off
         if not size and cut and (cut[0].text,) in _RESTRICTING and after and after[0].text not in ends:
             close = next((i for i, t in enumerate(after) if t.text in ends or not (t.word or t.number)), len(after))
@@ -279,6 +287,18 @@ def _with_exceptions(text: _Text) -> tuple[_Text, tuple[KeywordSpan, ...]]:
         gone |= {o.start for o in text.spans if words[0].start <= o.start < words[-1].end}
     spans = tuple(s for s in text.spans if s.start not in gone)
     return replace(text, spans=spans, left_out=found), spans
+
+
+def _standing(text: _Text, end: int, after: Sequence[Token]) -> int:
+    """How many of the tokens after a target tell where it is ("that are on the shelf"), up to the end of that place's
+    keyword; 0 where none do."""
+    here = next((o for o in text.spans if o.start >= end), None)
+    if here is None or here.label is not Kind.LOCATION:
+        return 0
+    lead = [t for t in after if t.end <= here.start]
+    plain = all(t.text in _STANDING or t.text in _INNER or lexicon().is_(t.text, "articles") for t in lead)
+    count = sum(t.end <= here.end for t in after)
+    return count + (len(after) > count and after[count].text == ",") if lead and plain else 0
 
 
 def _grouped(spans: Sequence[KeywordSpan]) -> list[list[KeywordSpan]]:
@@ -422,18 +442,23 @@ def _phrase(text: _Text, span: KeywordSpan) -> Phrase:
         left.insert(0, free.pop(0))
     preposition, relation = _relation(free)
     lex = lexicon()
+    amount = [t.text for t in free[:3] if t.text not in {"of", "the", "-"}][:1]
     fronts = [t.text for t in free[:3]]
     excluded = any(lex.is_(w, "except") or w == "not" for w in fronts[:2]) or "instead" in fronts
     excluded = excluded or "rather" in fronts
+    lead = free[:4][::-1]
+    apart = any(excepts(lead, i) == len(lead) - i > 1 for i in range(len(lead)))  # "apart from objects 5 and 6"
+    excluded = excluded or apart
     kept = tuple(t for t in core if t.text not in _MARKUP)
     phrase = Phrase(
-        span.label,
+        Kind.TARGET if apart else span.label,
         (*left, *(kept or core), *text.left_out.get(span.end, ())),
         Extent(span.start, span.end),
         preposition,
         relation,
         excluded=excluded,
         apposed=bool(free) and free[0].text == ",",
+        vague=bool(amount) and lex.is_(amount[0], "vague"),
     )
     return _followed(text, phrase)
 

@@ -9,12 +9,23 @@ from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import LabelledStep
-from llmbt_compiler.parsing.names import exactly_named
+from llmbt_compiler.parsing.names import Found, Talk, exactly_named
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of
 from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
 
-__all__ = ["asked_for", "assured", "filled", "let_go", "listed", "place_of_its_own", "told_as_placing", "wanted_by"]
+__all__ = [
+    "asked_for",
+    "assured",
+    "filled",
+    "let_go",
+    "listed",
+    "made_free",
+    "place_of_its_own",
+    "told_as_placing",
+    "wanted_by",
+]
 
 _SHORT = 300
 _SURE = r"(?:(?:please\s+)?(?:make\s+sure|ensure|see\s+to\s+it)(?:\s+that)?\s+)?"
@@ -33,26 +44,41 @@ _COLON = re.compile(
     r"^\W*(?P<thing>[^,;:.]{2,60}?)\s*(?::|->|=>|→)(?!\s*from\b)\s*(?P<place>[^,;:.()→>]{2,60}?)\s*(?:\([^()]*\))?[\s.!]*$",
     re.IGNORECASE,
 )
+_THERE = re.compile(
+    rf"\W*(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:also\s+)?(?:go|goes|belongs?)\s+(?P<place>there)\b(?:\s+(?:too|as\s+well|also))?[\s.!]*$",
+    re.IGNORECASE,
+)
 _HEADED = re.compile(r"^\W*(?P<place>[^,;:.]{2,40}?)\s*:\s*(?P<things>[^:;]{2,200}?)[\s.!]*$")
 _PART = re.compile(r"(?:^|,|&|\band\b)\s*(?P<name>(?:(?!,|&|\band\b).)+?)\s*(?=,|&|\band\b|$)")
 _LEAD = re.compile(
     r"^\W*(?:(?:as|since|because)\s[^,;:.]{2,80}|[^,;:.]{2,40}\sbeing\s[^,;:.]{2,40}),\s*(?=\S)", re.IGNORECASE
 )
+_TITLE = re.compile(r"^\W*(?P<title>[^,;:.]{3,60}):\s*(?=\S)")
 _ROBOT = re.compile(r"(?:the )?(?:robot|arm|gripper|hand|manipulator|you|we)\b", re.IGNORECASE)
 
 
 def listed(step: LabelledStep, scene: Scene) -> LabelledStep | None:
     """ "Level 1: object 1, object 2": a place and, behind the colon, nothing but names of things."""
-    m = _HEADED.match(step.text)
-    if m is None or len(exactly_named(tokens(step.text, *m.span("place")), scene.places)) != 1:
+    parts = [m.span() for m in re.finditer(r"[^.;\n]*[^.;\s][^.;\n]*", step.text)]
+    found = [_listed(step.text, a, b, scene) for a, b in parts]
+    if not found or None in found:
         return None
-    spans = [KeywordSpan(*m.span("place"), Kind.DESTINATION, m["place"])]
+    spans = [s for f in found if f is not None for s in f]
+    return replace(step, spans=tuple(spans), readings=()) if len(spans) > 1 else None
+
+
+def _listed(text: str, start: int, end: int, scene: Scene) -> list[KeywordSpan] | None:
+    m = _HEADED.match(text[start:end])
+    if m is None or len(exactly_named(tokens(m["place"]), scene.places)) != 1:
+        return None
+    a, b = (start + i for i in m.span("place"))
+    spans = [KeywordSpan(a, b, Kind.DESTINATION, m["place"])]
     for part in _PART.finditer(m["things"]):
-        a, b = (m.start("things") + i for i in part.span("name"))
-        if len(exactly_named(tokens(step.text, a, b), scene.objects)) != 1:
+        a, b = (start + m.start("things") + i for i in part.span("name"))
+        if len(exactly_named(tokens(text, a, b), scene.objects)) != 1:
             return None
         spans.append(KeywordSpan(a, b, Kind.TARGET, part["name"]))
-    return replace(step, spans=tuple(spans), readings=()) if len(spans) > 1 else None
+    return spans
 
 
 def told_as_placing(step: LabelledStep) -> LabelledStep:
@@ -62,12 +88,13 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
     if len(text) > _SHORT:
         return step
     taken = {s.label for s in step.spans}
-    lead = _LEAD.match(text)
-    for pattern in (_GOES, _IS_GIVEN, _COLON):
+    lead = _LEAD.match(text) or _titled(step)
+    for pattern in (_GOES, _THERE, _IS_GIVEN, _COLON):
         m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
         if m is None or _ROBOT.match(m["thing"]):
             continue
-        if any(s.label is Kind.ACTION and m.start("thing") <= s.start < m.end("thing") for s in step.spans):
+        named = [m.span("thing"), m.span("place")]
+        if any(s.label is Kind.ACTION and any(a <= s.start < b for a, b in named) for s in step.spans):
             continue
         if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
             continue
@@ -79,6 +106,13 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
     return step
 
 
+def _titled(step: LabelledStep) -> re.Match[str] | None:
+    """What a step is about, before a colon: an action and no place ("Sort all the blocks: ...")."""
+    m = _TITLE.match(step.text)
+    kinds = {s.label for s in step.spans if m is not None and s.start < m.end()}
+    return m if Kind.ACTION in kinds and kinds <= {Kind.ACTION, Kind.TARGET} else None
+
+
 _WISH = re.compile(
     r"\b(?:(?:can|could|may|might)\s+(?P<who>I|we)\s+(?:please\s+|just\s+)?(?:get|have)"
     r"|(?P<who2>I|we)(?:(?:['’]d|\s+would)\s+(?:really\s+)?(?:like|love|fancy|appreciate)|\s+(?:want|need|fancy))"
@@ -88,9 +122,32 @@ _WISH = re.compile(
 _COURTESY = re.compile(r"(?:\W|please|thanks|thank you|now|then|over here)*$", re.IGNORECASE)
 
 
+_HAVE = re.compile(
+    r"^\W*(?:please\s+)?(?:(?:may|can|could|might)\s+(?P<who>I|we)\s+(?:please\s+)?(?:have|get)"
+    r"|let\s+(?P<who2>me|us|(?:the\s+)?\w+)\s+have)\s+(?P<things>[^,;:.?!]{2,80}?)(?:,?\s+(?:please|thanks|now))*[\s.!?]*$",
+    re.IGNORECASE,
+)
+
+
+def _to_have(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "May I have the milk?", "let the user have the coke": somebody of the map, and things of it."""
+    m = _HAVE.match(step.text) if len(step.text) <= _SHORT else None
+    if m is None or len(scene.persons) != 1:
+        return step
+    key = "who" if m["who"] else "who2"
+    who = tokens(step.text, *m.span(key))
+    named = exactly_named(who, scene.persons) or any(lexicon().is_(t.text, "me", "him", "users") for t in who)
+    found = resolve_objects(tokens(step.text, *m.span("things")), scene, Talk())
+    if not named or not isinstance(found, Found):
+        return step
+    ends = ((key, Kind.DESTINATION), ("things", Kind.TARGET))
+    return replace(step, spans=tuple(KeywordSpan(*m.span(k), kind, m[k]) for k, kind in ends), readings=())
+
+
 def asked_for(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "Could I have the apple?", "I'd like some chips": things and nothing else asked for, where the map has somebody
     to bring them to."""
+    step = _to_have(step, scene)
     things = [s for s in step.spans if s.label is Kind.TARGET]
     others = [s for s in step.spans if s.label in {Kind.DESTINATION, Kind.LOCATION}]
     if not things or others or not scene.persons or len(step.text) > _SHORT:
@@ -184,7 +241,9 @@ def assured(step: LabelledStep, scene: Scene) -> LabelledStep:
     return step
 
 
-_FILLING = frozenset({"fill", "load", "stock", "occupy", "supply", "populate", "equip"})
+_FILLING = frozenset(
+    {"fill", "load", "stock", "occupy", "supply", "populate", "equip", "provide", "present", "furnish"}
+)
 
 
 def filled(step: LabelledStep, scene: Scene) -> LabelledStep:
@@ -204,6 +263,26 @@ def filled(step: LabelledStep, scene: Scene) -> LabelledStep:
         kept += [replace(place, label=Kind.DESTINATION), KeywordSpan(a, b, Kind.TARGET, step.text[a:b])]
         return replace(step, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
     return step
+
+
+_MADE = re.compile(
+    r"\b(?P<verb>make|set|get)\s+(?:the\s+)?(?P<place>[^,;:.]{2,40}?)\s+(?:free|empty|available|vacant)\b(?!\s+for)",
+    re.IGNORECASE,
+)
+
+
+def made_free(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Make slot A2 free" clears it, where the library can."""
+    m = _MADE.search(step.text) if len(step.text) <= _SHORT else None
+    if m is None or len(exactly_named(tokens(step.text, *m.span("place")), scene.places)) != 1:
+        return step
+    frees = [t for t in scene.library.templates.values() if shape_of(t, scene.library) is Shape.FREE and t.verbs]
+    if not frees:
+        return step
+    kept = [s for s in step.spans if s.end <= m.start() or m.end() <= s.start]
+    kept.append(KeywordSpan(*m.span("verb"), Kind.ACTION, str(frees[0].verbs[0])))
+    kept.append(KeywordSpan(*m.span("place"), Kind.TARGET, m["place"]))
+    return replace(step, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
 
 
 _LET_GO = re.compile(r"\b(?P<let>let)(?:\s+(?:it|them|the\s+\w+))?\s+go\b", re.IGNORECASE)

@@ -17,7 +17,8 @@ from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, Verb, shape_of
-from llmbt_compiler.parsing.words import Token, lexicon
+from llmbt_compiler.parsing.whereabouts import whose_place
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 
 __all__ = ["Grounding", "Open", "Stop"]
@@ -40,7 +41,8 @@ class Grounding:
 
     `mentioned` are the objects, `around` the places that the step at hand names in words that are no keywords, `used`
     the words of it that were understood, `ordered` whether it asks for an order, `idle` whether
-    the clause at hand only looks.
+    the clause at hand only looks; `barred` are places that it excepts;
+    `listed` is when several objects were named together last, and which.
     """
 
     scene: Scene
@@ -58,6 +60,8 @@ class Grounding:
     ordered: bool = False
     idle: bool = False
     approached: str | None = None
+    listed: tuple[tuple[str, ...], int] = ((), -9)
+    barred: set[str] = field(default_factory=set)
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
     def __post_init__(self) -> None:
@@ -132,6 +136,8 @@ class Grounding:
             self.lost,
             self.mentioned,
             self.around,
+            self.ledger.vacated,
+            self.listed[0] if self.turn - self.listed[1] <= 2 else (),
         )
 
     def of_robot(self, phrase: Phrase) -> bool:
@@ -187,6 +193,13 @@ class Grounding:
     def narrowed(self, phrase: Phrase, talk: Talk, at: tuple[str, ...], picking: bool) -> Found | Fault:
         """A phrase's objects; where unlabelled words after it say a place ("everything on the shelf"), those there."""
         place, words = self.trailing(phrase) if phrase.trail and not at else (None, ())
+        if place is None and phrase.trail[:1] and phrase.trail[0].text in {"it", "them"} and not at:
+            place, words = talk.place, phrase.trail[:1]  # "everything on it"
+            if place is None and phrase.about("all"):
+                said = f"`{phrase.extent.cut(self.now.text)} ... {phrase.trail[0].text}`"
+                return Fault(
+                    "E305", f"{said} points to no place named before", phrase.extent, "where?", "name the place"
+                )
         if place is not None:
             found = resolve_objects(phrase.parts, self.scene, talk, at=(place,), picking=picking)
             if isinstance(found, Found):
@@ -305,6 +318,11 @@ class Grounding:
             found = resolve_objects(clause.exception[:length], self.scene, self.talk())
             if isinstance(found, Found):
                 return list(found.ids)
+            places = resolve_places(clause.exception[:length], self.scene, self.talk())
+            if isinstance(places, Found) and not {ANYWHERE, ORIGIN} & set(places.ids):
+                self.use(*clause.exception[:length])
+                self.barred |= {p for i in places.ids for p in (i, *(q.id for q in self.scene.map.inside(i)))}
+                return []  # "anywhere on level 2 except position 21"
         found = resolve_objects(clause.exception[:1], self.scene, self.talk())
         raise self.fault(found) if isinstance(found, Fault) else Stop
 
@@ -312,6 +330,9 @@ class Grounding:
         """Without those that a name right after them makes clear: "the second one, object 5"."""
         gone = []
         for phrase, name in pairwise(targets):
+            if ":" in self.now.text[phrase.extent.end : name.extent.start] and self.detailed(phrase, targets):
+                gone.append(phrase)
+                continue
             if not name.apposed or phrase.aside or not any(t.number for t in name.parts):
                 continue
             vague = resolve_objects(phrase.parts, self.scene, self.talk())
@@ -320,8 +341,20 @@ class Grounding:
                 gone.append(phrase)
         return tuple(p for p in targets if p not in gone)
 
+    def detailed(self, phrase: Phrase, targets: Sequence[Phrase]) -> bool:
+        """Whether the targets behind a phrase are all of what it means ("the blocks: green on level 1, ...")."""
+        whole = resolve_objects(phrase.parts, self.scene, Talk(self.ledger.where))
+        known = whole.ids if isinstance(whole, Found) else whole.candidates if whole.code == "E304" else ()
+        later = [p for p in targets if p.extent.start > phrase.extent.start]
+        found = [set(self.quiet(p)) for p in later]
+        return len(known) > 1 and all(ids and ids < set(known) for ids in found)
+
     def either(self, phrase: Phrase) -> None:
         """E304 where a phrase is told as one of several ("object 1 or object 2"): which one is not ours to say."""
+        if phrase.vague:
+            words = phrase.extent.cut(self.now.text)
+            self.complain("E304", f"how many of `{words}`?", phrase.extent, "which?", "say which ones")
+            raise Stop
         inside = any(t.text == "or" for t in phrase.parts)
         if not inside and phrase.preposition != "or":
             return
@@ -349,7 +382,7 @@ class Grounding:
             raise Stop
         at_ids = self.from_where(group, locations)
         found: list[Found] = []
-        for phrase in self.told_once(group.targets):
+        for phrase in _each(self.told_once(group.targets), self.now.text):
             self.either(phrase)
             one = self.one_target(phrase, at_ids, picking, found)
             found.append(one)
@@ -362,6 +395,8 @@ class Grounding:
             self.complain("E305", "no object is left to act on", clause.extent, "what?")
             raise Stop
         self.targets, self.lost, self.approached = (ids, self.turn), False, None
+        if len(ids) > 1:
+            self.listed = (ids, self.turn)
         words = tuple(w for f in found for w in f.words)
         self.described = words or self.described
         return Found(ids, words=words)
@@ -369,6 +404,9 @@ class Grounding:
     def where_to(self, phrase: Phrase, container: Phrase | None = None) -> Found:
         """The places of a destination; what follows it ("on shelf level 1") has to agree."""
         self.either(phrase)
+        told = self.place_of_thing(phrase)
+        if told is not None:
+            return told
         if phrase.relation:
             self.relation(phrase)
         parts = phrase.parts
@@ -395,6 +433,34 @@ class Grounding:
             raise self.fault(found)
         self.told(found, phrase)
         return found
+
+    def place_of_thing(self, phrase: Phrase) -> Found | None:
+        """The place that a phrase tells by a thing ("the level that object 3 is on"); None where it does not."""
+        told = whose_place(phrase.parts, self.now.text)
+        if told is None:
+            return None
+        noun, thing, before = told
+        things = resolve_objects(thing, self.scene, self.talk())
+        if isinstance(things, Fault) and before:  # of several such things the one that was moved
+            moved = tuple(i for i in things.candidates if i in self.ledger.handled)
+            things = Found(moved) if len(moved) == 1 else things
+        if isinstance(things, Fault):
+            raise self.fault(things)
+        at = {self.origin.get(i) if before else self.ledger.where.get(i) for i in things.ids}
+        place = at.pop() if len(at) == 1 else None
+        around = (place, *self.scene.map.containers(place)) if place is not None else ()
+        words = [w for t in noun if (w := self.scene.word(t, False).text)]
+        generic = not noun or all(w in self.scene.generic(False) for w in words)
+        fitting = [p for p in around if all(self.scene.fits(self.scene[p], w) for w in words)]
+        still = any(self.ledger.where.get(i) == place for i in things.ids)
+        if generic and still and fitting and self.scene.single(fitting[0]):
+            fitting = []  # a slot that the other thing stands on
+        if not fitting:
+            said = phrase.extent.cut(self.now.text)
+            self.complain("E305", f"`{said}` is no place of the map", phrase.extent, "where?", "name the place")
+            raise Stop
+        self.note(NoteKind.INFERRED, f"`{phrase.extent.cut(self.now.text)}` is {fitting[0]}", phrase.extent)
+        return Found((fitting[0],))
 
     def inner(self, phrase: Phrase) -> Found | None:
         """ "Rack B, slot 2": the one place in the container that the words after the comma name, if they do."""
@@ -460,6 +526,18 @@ class Grounding:
                 (destinations if phrase in destinations else locations).remove(phrase)
                 return phrase
         return None
+
+
+def _each(targets: Sequence[Phrase], text: str) -> tuple[Phrase, ...]:
+    """The targets, without the "both" of "both the coke and the water"."""
+    if len(targets) != 2 or [t.text for t in targets[0].parts[:1]] != ["both"] or len(targets[0].parts) < 2:
+        return tuple(targets)
+    first, then = targets
+    linked = [t.text for t in tokens(text, first.extent.end, then.extent.start)]
+    several = any(t.text == "of" or t.text.endswith("s") for t in first.parts[1:2]) or then.parts[0].text == "both"
+    if linked[:1] != ["and"] or several:
+        return tuple(targets)
+    return replace(first, parts=first.parts[1:]), then
 
 
 def _listing(phrase: Phrase) -> bool:

@@ -38,7 +38,7 @@ class Ledger:
     """Standing goals, things in the hand and the last way gone, step by step.
 
     `where` follows the objects through the steps. A later move of an object replaces its earlier one; `moved` counts
-    how often that happened to each, `moves` keeps them all.
+    how often that happened to each, `moves` keeps them all, `vacated` is where the last one that was taken stood.
     """
 
     where: dict[str, str | None]
@@ -51,6 +51,7 @@ class Ledger:
     moved: Counter[str] = field(default_factory=Counter)
     notes: list[Note] = field(default_factory=list)
     moves: list[Entry] = field(default_factory=list)
+    vacated: str | None = None
 
     def fork(self) -> Ledger:
         """A second ledger that goes on from here by itself."""
@@ -106,8 +107,14 @@ class Ledger:
             self.goals.remove(free)
             text = f"{free.condition} is no goal: {entry.target} is put there in step {entry.step.number}"
             self.notes.append(Note(free.step.number, NoteKind.MOVED_AGAIN, text, free.extent))
+        self._leaves(entry.target)
         self.where[entry.target] = entry.place
         self.goals.append(entry)
+
+    def _leaves(self, target: str) -> None:
+        """An object is taken from where it stands: that is the place that became free last."""
+        if target not in self.pending and self.where.get(target) is not None:
+            self.vacated = self.where[target]
 
     def free(self, entry: Entry) -> None:
         """A place is to be free: what was to be put there before is not."""
@@ -134,6 +141,7 @@ class Ledger:
         self.near = self.carried = None
         self.touched.add(entry.target)
         self.acts += 1
+        self._leaves(entry.target)
         old = self.pending.pop(entry.target, None)
         self.pending[entry.target] = old if old is not None and not old.weak else entry
 
@@ -149,11 +157,12 @@ class Ledger:
         """
         last = max((e.step.number, e.extent.start) for e in self.goals) if self.goals else (0, -1)
         latest = max(((e.step.number, e.extent.start) for e in self.pending.values()), default=(0, -1))
+        several = sum(not e.weak for e in self.pending.values()) > 1  # one hand holds one thing
         for entry in self.pending.values():
             key = (entry.step.number, entry.extent.start)
             if entry.weak:
                 continue
-            if (self.carried is not None and self.near is None) or key < last or key < latest:
+            if (self.carried is not None and self.near is None) or key < last or key < latest or several:
                 yield entry
                 continue
             old = self.of(str(entry.target))

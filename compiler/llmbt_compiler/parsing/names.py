@@ -44,7 +44,8 @@ class Talk:
     `where` is where the objects stand after the steps so far; `handled` have a goal or are in the hand; `pending` are
     picked up and not put down; `targets`, `described` and `place` belong to the last phrases, in this step or the one
     before; `lost`: the last target could not be resolved, so that "it" means nothing; `mentioned` are objects that the
-    step names on the side ("after picking up the coke, bring it ..."), `around` such places.
+    step names on the side ("after picking up the coke, bring it ..."), `around` such places; `vacated` is where the
+    thing taken last stood; `listed` are several things that were named together not long ago.
     """
 
     where: Mapping[str, str | None] = field(default_factory=dict)
@@ -56,6 +57,8 @@ class Talk:
     lost: bool = False
     mentioned: tuple[str, ...] = ()
     around: tuple[str, ...] = ()
+    vacated: str | None = None
+    listed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,4 +222,7 @@ def borrowed(descriptions: list[Description]) -> list[Description]:
     for i in range(len(out) - 2, -1, -1):
         if not out[i].head and not out[i].pronoun and out[i + 1].plural and out[i].words and out[i].count is None:
             out[i] = replace(out[i], plural=True)
+        elif not out[i].head and out[i].definite and out[i].words and out[i + 1].head and not out[i + 1].plural:
+            nouns = tuple(w for w in out[i + 1].words if w.text not in {o.text for o in out[i].words})
+            out[i] = replace(out[i], words=(*out[i].words, *nouns[-1:]), head=True)  # "the red and the blue cup"
     return out

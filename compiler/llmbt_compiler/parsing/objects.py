@@ -40,7 +40,7 @@ def resolve_objects(
     exact = exactly_named(parts, scene.objects)
     if len(exact) == 1:
         return Found((exact[0].id,), words=())
-    parts = _content(parts, scene)
+    parts = _content(_standing_at(parts), scene)
     head, inner = split_place(parts) if split_exception(parts) is None else (tuple(parts), ())
     if inner:
         place = resolve_places(inner, scene, talk)
@@ -54,6 +54,8 @@ def resolve_objects(
     if not groups:
         return Fault("E305", "no object is named", Extent(parts[0].start, parts[-1].end), "what?")
     descriptions = borrowed([describe(g, scene, True) for g in groups])
+    if len(groups) == 2 and descriptions[0].both and not any(d.plural or d.count for d in descriptions):
+        descriptions[0] = replace(descriptions[0], both=False)  # "both the blue cube and the blue cylinder"
     found: list[Found] = []
     for d, group in zip(descriptions, groups, strict=True):
         exact = exactly_named(group, scene.objects)
@@ -62,6 +64,28 @@ def resolve_objects(
             return one
         found.append(one)
     return joined(found)
+
+
+_STANDS = frozenset({"is", "are", "stands", "stand", "sits", "sit", "lies", "lie", "rests", "rest", "was", "were"})
+_BESIDES = frozenset(
+    {"currently", "now", "standing", "sitting", "lying", "resting", "located", "placed", "still", "already"}
+)
+
+
+def _standing_at(parts: Sequence[Token]) -> Sequence[Token]:
+    """ "The block that is currently on position 22", "... that occupies position 22": the block on position 22."""
+    for i, t in enumerate(parts):
+        j = i + 1 if t.text in {"that", "which"} and i else i
+        if i and j < len(parts) and parts[j].text in {"occupies", "occupying", "occupy"}:
+            return (*parts[:i], Token("on", t.start, parts[j].end), *parts[j + 1 :])
+        if j == i or j >= len(parts) or parts[j].text not in _STANDS:
+            continue
+        j += 1
+        while j < len(parts) and parts[j].text in _BESIDES:
+            j += 1
+        if j < len(parts) - 1 and lexicon().is_(parts[j].text, "at", "from"):
+            return (*parts[:i], *parts[j:])
+    return parts
 
 
 def _content(parts: Sequence[Token], scene: Scene) -> Sequence[Token]:
@@ -121,8 +145,12 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
         if d.pronoun == "latter" and len(talk.pending) == 1:  # the former has been put down
             return Found(talk.pending)
         return Found(one) if len(known) == 2 else ambiguous(d, known, said, "of which two?")
+    if d.pronoun in {"there", "me"}:
+        return unknown(d, scene, True, said)
     if d.pronoun or (d.same and not d.numbers):
         return _referred(d, said, talk)
+    if d.ordinal and d.anaphoric and not d.texts and len(talk.listed) >= max(d.ordinal, 2):
+        return Found((talk.listed[d.ordinal - 1],))  # "grab object 1 and object 2; put the first one ..."
     if d.unknown:
         return unknown(d, scene, True, said)
     corrected = corrections(d)
@@ -143,8 +171,11 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
     if not base:
         return unknown(d, scene, True, said)
     if d.anaphoric and set(d.texts) <= scene.colours:  # "the red cup on the table, the blue one on the bar"
-        kinds = [scene[i].words - scene.colours for i in talk.targets]
-        base = [e for e in base if any(kind <= e.words for kind in kinds)] or base
+        said_before = set(talk.described) - scene.colours
+        kinds = [scene[i].words - scene.colours for i in talk.targets] if not said_before else []
+        alike = [e for e in base if any(kind <= e.words for kind in kinds)]
+        alike += [e for e in base if said_before and all(scene.fits(e, w) for w in said_before)]
+        base = alike or base
     sized = _sized(d, base, said)
     if isinstance(sized, Fault):
         return sized
@@ -233,6 +264,9 @@ def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: 
         return Found(tuple(base))
     if d.ordinal is not None and d.ordinal > len(base):
         return _exactly(d, base, d.ordinal, said)
+    left = [i for i in base if i not in talk.handled]
+    if d.ordinal is not None and d.ordinal > 1 and len(left) == 1 and len(base) == d.ordinal:
+        return Found(tuple(left))  # "a yellow block ..., the second yellow block"
     if d.ordinal is not None:
         return ambiguous(d, base, said, "the map does not say in which order they count")
     if d.indefinite or d.count == 1:

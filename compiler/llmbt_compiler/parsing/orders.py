@@ -10,7 +10,8 @@ from llmbt_atl.template import Template
 from llmbt_compiler.parsing.acts import Acting
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ground import Open, Stop
-from llmbt_compiler.parsing.model import NoteKind
+from llmbt_compiler.parsing.mentions import mentioned_in
+from llmbt_compiler.parsing.model import Extent, NoteKind
 from llmbt_compiler.parsing.names import Found
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
@@ -24,6 +25,14 @@ _IS = re.compile(
     r"\s+(?:(?:is|are|stands?|lies|lie|sits?)\s+(?:now\s+|currently\s+|still\s+|already\s+)*(?:on|in|at)"
     r"|(?:stays?|remains?)(?:\s+where)?|(?:should|must|may|is|are|need|does|do)\s*(?:not|n['’]t))\b",
     re.IGNORECASE,
+)
+_SAYS = re.compile(
+    r"\W*(?:the\s+)?(?P<thing>[^,;:.]{2,60}?)\s+(?:stays?|remains?|(?:is|are)\s+(?:still|already|now|currently))\b",
+    re.IGNORECASE,
+)
+_IDENTIFIES = re.compile(r"\s+(?:is|are|was|were)\s+(?:the|a|an|one\s+of)\b", re.IGNORECASE)
+_PLACES = re.compile(
+    r"\b(?:swap|switch|trade|exchange|change)\s+(?:places|positions|spots|slots|locations)\b", re.IGNORECASE
 )
 _LEAVES = re.compile(r"\s+(?:\w+\s+){0,2}?(?:leaves?|exits?)\s+(?!on\b|at\b|in\b)", re.IGNORECASE)
 _ARE = re.compile(r"\s+(?:is|are)\s+(?:the\s+)?(?=\w+\s+\d|\w+_\d)", re.IGNORECASE)
@@ -63,12 +72,15 @@ class Ordering(Acting):
             self.open(clause, verb, things, bool(robot))
         elif any(p.kind == "Target" for p in robot) and not things.targets:
             self.moves(clause, things)
+        elif verb.is_("exchange") and not things.targets and not any(self.places_of(p) for p in things.phrases):
+            self.left_out(clause, "changes no goal")  # "switch to standby mode"
         elif verb.is_("exchange"):
             self.exchange(clause, things)
         elif verb.is_("leaving") and things.targets and not things.destinations and self.stays(clause, things):
             self.left_out(clause, "changes no goal")
         elif verb.lemma == "leave" and any(
-            not p.preposition and p.extent.start > clause.extent.end for p in (*things.destinations, *things.locations)
+            not p.preposition and p.extent.start > clause.extent.end and not _pointing(p)
+            for p in (*things.destinations, *things.locations)
         ):
             self.unknown_action(clause, verb)  # "parcel 21 should leave slot B3"
         elif verb.templates:
@@ -77,8 +89,10 @@ class Ordering(Acting):
             self.without_template(clause, verb, things)
 
     def idiom(self, clause: Clause) -> bool:
-        """ "Take a look", "have a break": the noun tells what is done."""
+        """ "Take a look", "have a break": the noun tells what is done. "Do nothing with the apple"."""
         after = [t.text for t in tokens(self.now.text, clause.extent.end)][:3]
+        if after[:1] == ["nothing"] and clause.action.casefold() == "do":
+            return True
         return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 2 if after[0] in {"a", "an"} else 1])
 
     def stays(self, clause: Clause, things: Group) -> bool:
@@ -108,6 +122,8 @@ class Ordering(Acting):
         if head in {"make", "find"} and after[1:] == ["way"]:
             return "go"
         targets = [p.extent.end for p in clause.phrases if p.kind == "Target" and p.extent.start > clause.extent.end]
+        if head in {"have", "make", "let", "get"} and targets and _PLACES.search(self.now.text, max(targets)):
+            return "swap"  # "have the milk and the newspaper switch places"
         if head not in {"have", "get", "want", "need", "see"} or not targets:
             return head
         done = next((t.text for t in tokens(self.now.text, targets[0]) if t.text not in {"to", "be"}), "")
@@ -127,7 +143,16 @@ class Ordering(Acting):
     def ellipsis(self, clause: Clause, things: Group) -> None:
         """A step without an action: as the step before, if that put something somewhere."""
         ends = [p.extent.end for p in things.targets]
-        told = ends and (_IS.match(self.now.text, ends[-1]) or (len(ends) > 1 and _ARE.match(self.now.text, ends[0])))
+        said = _SAYS.match(self.now.text) if not things.targets else None
+        if said is not None and mentioned_in(said["thing"], self.scene):
+            self.used.append(Extent(0, len(self.now.text)))
+            self.left_out(clause, "is said to be so; nothing is to be done")
+            return
+        told = ends and (
+            _IS.match(self.now.text, ends[-1])
+            or _IDENTIFIES.match(self.now.text, ends[0])
+            or (len(ends) > 1 and _ARE.match(self.now.text, ends[0]))
+        )
         if told:
             self.mention(Group(things.targets))
             self.left_out(clause, "is said to be so; nothing is to be done")
@@ -152,12 +177,13 @@ class Ordering(Acting):
     def without_template(self, clause: Clause, verb: Verb, things: Group) -> None:
         if verb.is_("wishing") and things.targets and things.destinations:
             self.ellipsis(clause, things)  # "I want object 3 on position 22"
-        elif (verb.is_("idle") and not verb.is_("motion")) or (
+        elif ((verb.is_("idle") and not verb.is_("motion")) or (verb.is_("own") and not things.targets)) or (
             verb.is_("hand") and things.targets and self.quiet(things.targets[0])
         ):
             self.mention(things)
             self.left_out(clause, "changes no goal")
             self.idle = verb.is_("checking")
+            self.forbidden(clause, verb)
         elif verb.is_("motion") and not things.targets:
             self.moves(clause, things)
         elif verb.is_("removing") and things.targets and things.destinations and self.placing():
@@ -167,6 +193,12 @@ class Ordering(Acting):
             self.left_out(clause, "changes no goal")
         else:
             self.unknown_action(clause, verb)
+
+    def forbidden(self, clause: Clause, verb: Verb) -> None:
+        """ "Avoid placing anything on position 11": what is named up to the next mark is not to be done."""
+        after = tokens(self.now.text, clause.extent.end)
+        if verb.is_("refraining") and after and after[0].text.endswith("ing"):
+            self.use(*takewhile(lambda t: t.word or t.number is not None, after))
 
     def close(self, clause: Clause, things: Group) -> None:
         """Closing the gripper picks up what it is closed around, or what was approached just before."""
@@ -264,6 +296,19 @@ class Ordering(Acting):
         if not things.targets and verb.is_("motion") and not self.travels(templates) and not lowered:
             self.moves(clause, things)
             return
+        placing = {Shape.PLACE, Shape.TRAVEL}.issuperset(self.shape(t) for t in templates[:1])
+        hovering = [p for p in things.destinations if lexicon().is_(p.relation, "hover")]
+        if (
+            placing
+            and hovering
+            and len(hovering) == len(things.destinations)
+            and self.ledger.pending
+            and self.on_hand(things)
+        ):
+            self.mention(Group(things.targets))  # "move object 6 over position 14", which is in the hand
+            self.carry_to(replace(hovering[0], relation=""))
+            self.left_out(clause, "changes no goal")
+            return
         if verb.is_("hand"):
             real = tuple(p for p in things.destinations if not p.relation and self.places_of(p))
             if self.in_hand(things) and not real:
@@ -285,6 +330,10 @@ class Ordering(Acting):
             except Stop:
                 self.lost = True
                 self.targets = ((), -9)
+
+    def on_hand(self, things: Group) -> bool:
+        """Whether the targets are what is in the hand, or none are named."""
+        return all(set(self.quiet(p)) <= set(self.ledger.pending) and self.quiet(p) for p in things.targets)
 
     def group(
         self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]
@@ -317,6 +366,11 @@ class Ordering(Acting):
             self.left_out(clause, "changes no goal")
         else:
             self.travel(clause, templates[0], Group((), group.targets))
+
+
+def _pointing(phrase: Phrase) -> bool:
+    """ "Leave it there"."""
+    return len(phrase.parts) == 1 and lexicon().is_(phrase.parts[0].text, "there")
 
 
 def _sides(clause: Clause) -> tuple[tuple[Phrase, ...], tuple[Phrase, ...], tuple[Phrase, ...]]:

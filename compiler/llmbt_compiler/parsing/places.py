@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.names import (
@@ -30,6 +31,10 @@ from llmbt_compiler.parsing.words import Token, lexicon
 __all__ = ["resolve_places"]
 
 
+_OWN = frozenset({"hand", "hands", "side", "lap"})
+_SEAT = frozenset({"location", "position", "place", "spot", "seat", "chair"})
+
+
 def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault:
     """The places that a phrase means, containers as they are named; ANYWHERE and ORIGIN stand for themselves.
 
@@ -41,8 +46,28 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
     own = [t for t in parts[:-1] if t.owner and lexicon().is_(t.text, "users")]
     if own and parts[-1].text in scene.generic(False) and len(scene.persons) == 1:
         return Found((scene.persons[0].id,))  # "the user's place"
+    if (
+        parts[-1].text in _OWN | _SEAT
+        and len(parts) > 1
+        and (parts[-2].owner or lexicon().is_(parts[-2].text, "articles"))
+    ):
+        owners = [t for t in parts[:-1] if t.owner and lexicon().is_(t.text, "users")]
+        pronoun = {"my": "me", "your": "you", "our": "us", "his": "him", "her": "her", "their": "them"}.get(
+            parts[-2].text
+        )
+        pronoun = pronoun if parts[-1].text in _OWN else None
+        if owners and scene.persons:  # "the user's hands"
+            return resolve_places(tuple(replace(t, owner=False) for t in parts[:-1]), scene, talk)
+        if pronoun is not None and scene.persons:
+            return resolve_places((replace(parts[-2], text=pronoun),), scene, talk)
     parts = (*(t for t in parts[:-1] if not (t.owner and lexicon().is_(t.text, "users"))), parts[-1])
     extent = Extent(parts[0].start, parts[-1].end)
+    left = _left(parts, scene, talk)
+    if left is not None:
+        return left
+    owner = next((i for i, t in enumerate(parts[:-1]) if t.owner), None)
+    if owner is not None and len(exactly_named(_plain(parts[: owner + 1]), scene.places)) == 1:
+        return _nested(parts[owner + 1 :], _plain(parts[: owner + 1]), scene, talk)  # "rack B's last slot"
     head, inner = split_place(parts, "on", "in", "at", "of", "inside", "within", "from")
     inner = inner or _side_by_side(parts, scene)
     if inner and len(inner) + len(head) > len(parts):
@@ -60,6 +85,38 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
             return one
         found.append(one)
     return joined(found)
+
+
+_LEFT = frozenset({"freed", "vacated", "emptied"})
+
+
+def _left(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault | None:
+    """ "The now empty slot", "the vacated position", "that slot" where no slot was named: where the thing taken last
+    stood; None for other phrases."""
+    lex = lexicon()
+    said = [t.text for t in parts]
+    kinds = [w for t in parts if (w := scene.word(t, False).text)]
+    pointed = len(said) == 2 and said[0] in {"that", "this"} and said[1] in scene.generic(False)
+    if pointed and talk.vacated is not None and scene.single(talk.vacated):
+        here = talk.place is not None and all(scene.fits(scene[talk.place], w) for w in kinds)
+        return None if here else Found((talk.vacated,))  # "take crate A from its slot ...; crate C into that slot"
+    freed = any(w in _LEFT for w in said) or any(
+        a in {"now", "newly"} and lex.is_(b, "vacant") for a, b in pairwise(said)
+    )
+    if not freed:
+        return None
+    if (
+        talk.vacated is not None
+        and scene.single(talk.vacated)
+        and all(scene.fits(scene[talk.vacated], w) for w in kinds)
+    ):
+        return Found((talk.vacated,))
+    extent = Extent(parts[0].start, parts[-1].end)
+    return Fault("E305", f"`{says(parts)}`: nothing was taken from such a place", extent, "where?", "name the place")
+
+
+def _plain(parts: Sequence[Token]) -> tuple[Token, ...]:
+    return (*parts[:-1], replace(parts[-1], owner=False))
 
 
 def _side_by_side(parts: Sequence[Token], scene: Scene) -> tuple[Token, ...]:
@@ -189,6 +246,9 @@ def _same(d: Description, said: str, scene: Scene, talk: Talk) -> Found | Fault:
     return Found(tuple(fitting[:1])) if fitting else unknown(d, scene, False, said)
 
 
+_ALPHABET = "abcdefghijklmnopqrstuvwxyz"
+
+
 def _ranked(
     d: Description, base: list[Entity], said: str, corrected: tuple[str, ...], *, inside: bool
 ) -> Found | Fault:
@@ -202,6 +262,18 @@ def _ranked(
     }
     row = sorted((e for e in base if e.number is not None), key=lambda e: natural(e.id))
     alike = len({e.stem for e in row}) == 1
+    letters = sorted((w, e.id) for e in base for w in e.stem if len(w) == 1 and w.isalpha())
+    lettered = [e for _, e in letters]  # racks A and B
+    if not row and len(lettered) == len(base) > 1 and "".join(w for w, _ in letters) in _ALPHABET:
+        at = d.ordinal - 1 if d.ordinal is not None and not d.rank else None
+        return (
+            Found((lettered[at],), corrected)
+            if at is not None and at < len(lettered)
+            else ambiguous(d, ids_of(base), said)
+        )
+    if alike and inside and d.count and (d.ordinal == 1 or d.rank == "last") and d.count <= len(row):
+        ids = [e.id for e in row]  # "the first two positions of level 2"
+        return Found(tuple(ids[: d.count] if d.ordinal == 1 else ids[-d.count :]), corrected)
     if alike and d.rank:
         at = pick[d.rank](len(row))
         if at is not None:

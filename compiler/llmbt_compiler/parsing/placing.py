@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import pairwise, takewhile
@@ -21,7 +21,7 @@ from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, exactly
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import natural
 from llmbt_compiler.parsing.verbs import Shape
-from llmbt_compiler.parsing.words import lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic
 
 __all__ = ["Placing", "extent_of", "goal_pattern"]
@@ -67,6 +67,8 @@ class Placing(Grounding):
         """On: the target, or what is in the hand, comes to the destination."""
         lex = lexicon()
         targets, destinations, locations = group.targets, list(group.destinations), list(group.locations)
+        if any(len(p.parts) == 1 and lex.is_(p.parts[0].text, "there") for p in destinations):
+            destinations = [p for p in destinations if p.preposition != "for"]  # "leave it there for the user"
         for p in [p for p in destinations if lex.is_(p.preposition, "from")]:
             destinations.remove(p)
             locations.append(p)
@@ -84,10 +86,10 @@ class Placing(Grounding):
         if self.ledger.pending and slots and not destinations:  # "take object 4. put position 33."
             targets, destinations = (), list(targets)
             group = replace(group, targets=())
-        missed = self.missed(clause)
+        missed = self.missed(clause, group)
         if missed is not None and not destinations:
             destinations = [missed]
-        elif missed is not None and lex.is_(missed.preposition, "onto") and self.all_there(targets, destinations[-1]):
+        elif missed is not None and self.onwards(missed) and self.all_there(targets, destinations[-1]):
             locations, destinations = [*locations, *destinations], [missed]  # "the crates on rack A to the pallet"
         container = self.outer(destinations, locations)
         ids, words = self.brought(clause, replace(group, locations=tuple(locations)), excluded)
@@ -98,30 +100,64 @@ class Placing(Grounding):
         self.described = words or self.described
         self.last = tuple(t for t in templates if self.shape(t) is Shape.PLACE)
 
-    def missed(self, clause: Clause) -> Phrase | None:
-        """A place behind the clause's target that the tagger left unlabelled, told by a preposition and its name."""
-        targets = [p.extent.end for p in clause.phrases if p.kind is Kind.TARGET]
+    def missed(self, clause: Clause, group: Group | None = None) -> Phrase | None:
+        """A place behind the clause's target, or that of a group of it, that the tagger left unlabelled, told by a
+        preposition and its name."""
+        phrases = clause.phrases if group is None else group.phrases
+        targets = [p.extent.end for p in phrases if p.kind is Kind.TARGET]
         start = max(targets, default=clause.extent.end)
+        later = (p.extent.start for p in clause.phrases if p not in phrases and p.extent.start > start)
         actions = (s.start for s in self.now.spans if s.label is Kind.ACTION and s.start > start)
-        parts = tokens(self.now.text, start, min(actions, default=len(self.now.text)))
+        parts = tokens(self.now.text, start, min((*actions, *later), default=len(self.now.text)))
         found: list[Phrase] = []
         for first, last in mentions(parts, self.scene):
             name = tuple(t for t in parts if first.start <= t.start <= last.start)
             lead = [t for t in parts if t.end <= first.start and not lexicon().is_(t.text, "articles")]
             known = any(u.start < last.end and first.start < u.end for u in self.used)
+            there = any(lexicon().is_(t.text, "there") for t in lead)
             if (
                 known
                 or not lead
+                or (there and lead[-1].text == "for")
                 or not lexicon().is_(lead[-1].text, "onto", "at")
                 or in_passing(parts, first, self.now, self.used, narrowing=False)
             ):
                 continue
             if len(exactly_named(name, self.scene.places)) == 1:
                 found.append(Phrase(Kind.DESTINATION, name, Extent(first.start, last.end), lead[-1].text))
+        found = found or list(self.described_behind(parts))
         if len(found) != 1:
             return None
         self.use(*found[0].parts)
         return found[0]
+
+    def onwards(self, phrase: Phrase) -> bool:
+        """Whether a preposition tells where something goes, and not for whom."""
+        return lexicon().is_(phrase.preposition, "onto") and phrase.preposition != "for"
+
+    def described_behind(self, parts: Sequence[Token]) -> Iterator[Phrase]:
+        """Places that words behind a preposition describe ("on the top level") and that were not labelled."""
+        spans = [(s.start, s.end) for s in self.now.spans if s.label is not Kind.ACTION]
+        for i, t in enumerate(parts):
+
+            def free(w: Token) -> bool:
+                return not any(a < w.end and w.start < b for a, b in spans)
+
+            words = tuple(takewhile(lambda w: (w.word or w.number is not None) and free(w), parts[i + 1 : i + 6]))
+            if (
+                not free(t)
+                or t.text == "for"
+                or not lexicon().is_(t.text, "onto", "at")
+                or in_passing(parts, t, self.now, self.used)
+            ):
+                continue
+            for length in range(len(words), 1, -1):
+                found = resolve_places(words[:length], self.scene, self.talk())
+                one = isinstance(found, Found) and len(found.ids) == 1 and not found.vague and not found.corrected
+                if one and isinstance(found, Found) and found.ids[0] not in {ANYWHERE, ORIGIN}:
+                    extent = Extent(words[0].start, words[length - 1].end)
+                    yield Phrase(Kind.DESTINATION, words[:length], extent, t.text)
+                    break
 
     def brought(
         self, clause: Clause, group: Group, excluded: tuple[Phrase, ...]
@@ -154,6 +190,15 @@ class Placing(Grounding):
             return (ORIGIN,)
         if self.place[0] is not None and self.place[1] == self.turn and self.as_well(clause):
             return (self.container or self.place[0],)
+        again = self.container or self.place[0]
+        if (
+            again is not None
+            and not self.scene.single(again)
+            and self.turn - self.place[1] <= 1
+            and self.so_too(clause)
+        ):
+            self.note(NoteKind.INFERRED, f"{', '.join(ids)}: also to {again}", clause.extent)
+            return (again,)
         if self.following and self.place[0] is not None and self.place[1] == self.turn:
             place = self.container or self.place[0]
             if not self.scene.single(place):  # "the milk to the user, then the cookies"
@@ -229,6 +274,11 @@ class Placing(Grounding):
         end = max((p.extent.end for p in clause.phrases if p.kind == "Target"), default=0)
         after = [t.text for t in tokens(self.now.text, end)][:2]
         return bool(after) and (lexicon().is_(after[0], "likewise") or after == ["as", "well"])
+
+    def so_too(self, clause: Clause) -> bool:
+        """Whether "likewise" stands before the clause's verb, and nothing is in the hand."""
+        lead = tokens(self.now.text, 0, clause.extent.start)
+        return not self.ledger.pending and bool(lead) and lead[0].text in {"likewise", "similarly", "ditto"}
 
     def settled(self, target: str) -> None:
         """A step that left out where something goes was made good by a later one."""
@@ -328,7 +378,7 @@ class Placing(Grounding):
             return here, Note(self.now.number, NoteKind.CHOSEN, f"{target} is on {name} already: {here}", extent)
         begin = self.begin if self.begin in spots else spots[0]
         spots = spots[spots.index(begin) :]
-        free = [s for s in spots if not scene.single(s) or not ledger.taken(s, target)]
+        free = [s for s in spots if s not in self.barred and (not scene.single(s) or not ledger.taken(s, target))]
         if not free:
             self.complain(
                 "E308", f"no free position on {name} for {target}", extent, "all are taken",
@@ -343,15 +393,24 @@ class Placing(Grounding):
         """ "Swap object 1 and object 3": each goes where the other stands."""
         ids: list[str] = []
         phrases = [_owned(p) for p in sorted(things.phrases, key=lambda p: p.extent.start)]
+        pointing = [p for p in phrases if len(p.parts) == 1 and lexicon().is_(p.parts[0].text, "plural_pronouns")]
         for i, p in enumerate(phrases):
             after = phrases[i + 1] if i + 1 < len(phrases) else None
-            here = self.quiet_place(after) if after is not None and after.kind == "Location" else None
+            told = (
+                after is not None and after.kind != "Target" and lexicon().is_(after.preposition, "at", "from", "inner")
+            )
+            here = self.places_of(after) if told and after is not None else ()
             at = self.places_of(p) if not self.quiet(p) else ()
             on = [o for a in at for o, w in self.ledger.where.items() if w == a]
-            if p.kind == "Location" and i and self.all_there(phrases[i - 1 : i], p):
+            if p.kind != "Target" and i and self.all_there(phrases[i - 1 : i], p):
+                continue
+            if i and p.kind != "Target" and set(on) and set(on) <= set(ids):
+                continue
+            if p in pointing:
+                ids.extend(self.last_moved())
                 continue
             talk = replace(self.talk(), targets=(), pending=())
-            found = self.narrowed(p, talk, (here,) if here is not None else (), False)
+            found = self.narrowed(p, talk, here, False)
             if isinstance(found, Fault) and len(phrases) == 1 and p.many_of(2):  # "swap the two blocks", just put down
                 placed = tuple(i for i in found.candidates if i in self.ledger.handled)
                 found = Found(placed) if len(placed) == 2 else found
@@ -368,13 +427,24 @@ class Placing(Grounding):
             self.one(self.placing(), target, str(place), extent)
         self.targets, self.lost = (tuple(ids), self.turn), False
 
+    def last_moved(self) -> tuple[str, ...]:
+        """What was named last if it is two things, or else what the last step that moved something moved."""
+        targets = self.talk().targets
+        moves = self.ledger.moves
+        last = [str(e.target) for e in moves if e.step.number == moves[-1].step.number and e.target is not None]
+        return targets if len(targets) == 2 else tuple(dict.fromkeys(last))
+
 
 def _owned(phrase: Phrase) -> Phrase:
     """ "The positions of object 1" stands for object 1."""
     texts = [t.text for t in phrase.parts]
     lex = lexicon()
     for i, text in enumerate(texts[:-1]):
-        if text == "of" and i and texts[i - 1].removesuffix("s") in lex.places:
+        if (
+            text == "of"
+            and i
+            and (texts[i - 1].removesuffix("s") in lex.places or texts[i - 1] in {"content", "contents"})
+        ):
             return replace(phrase, parts=phrase.parts[i + 1 :])
     return phrase
 

@@ -16,6 +16,7 @@ from llmbt_compiler.parsing.forms import (
     filled,
     let_go,
     listed,
+    made_free,
     place_of_its_own,
     told_as_placing,
     wanted_by,
@@ -23,8 +24,21 @@ from llmbt_compiler.parsing.forms import (
 from llmbt_compiler.parsing.headings import from_to, in_turn, named_by_heading
 from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.names import exactly_named
+from llmbt_compiler.parsing.polite import outspoken
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.together import (
+    also_named,
+    done_by,
+    headed_by_things,
+    inverted,
+    of_those,
+    parted,
+    placed_there,
+    released,
+    same_noun,
+)
 from llmbt_compiler.parsing.verbs import read_verb
+from llmbt_compiler.parsing.whereabouts import by_their_things
 from llmbt_compiler.parsing.words import lexicon, tokens
 
 __all__ = ["relabelled"]
@@ -36,6 +50,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     """The step with the keywords that its form implies; as it is where its form implies none."""
     if len(step.text) > _LONGEST:
         return step
+    step = outspoken(step)
     told = from_to(step, scene)
     if told is not None:
         return told
@@ -43,11 +58,19 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     called = _calls(step, scene)
     if called is not None:
         return called
-    told = listed(step, scene) or told_as_placing(step)
+    told = listed(step, scene) or told_as_placing(inverted(step, scene))
     if told is not step:
         return told
-    step = let_go(place_of_its_own(filled(assured(wanted_by(asked_for(step, scene), scene), scene), scene), scene))
-    return _whole_names(_nouns_for_verbs(step, scene), scene) if scene.snap else step
+    step = let_go(
+        place_of_its_own(
+            made_free(filled(assured(wanted_by(asked_for(step, scene), scene), scene), scene), scene), scene
+        )
+    )
+    if not scene.snap:
+        return step
+    step = by_their_things(_whole_names(_nouns_for_verbs(step, scene), scene), scene)
+    step = headed_by_things(parted(released(done_by(of_those(same_noun(step), scene), scene), scene), scene), scene)
+    return also_named(placed_there(step, scene), scene)
 
 
 # --- calls ----------------------------------------------------------------------------------------------------------

@@ -7,13 +7,13 @@ far in a `Ledger`, and gives every complaint at once.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_compiler.keywords.labels import Kind
-from llmbt_compiler.parsing.beside import mentioned, restrictions, unread
+from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses, extents
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.ground import Stop
@@ -128,7 +128,7 @@ class _Walker(Ordering):
             d.code in {"E312", "E343"} and _joined(step) for d in trials[0].value.diagnostics[len(self.diagnostics) :]
         ):
             return trials[0].value
-        chosen = weigh(trials, self.ledger.standing(), self.threshold)
+        chosen = weigh(trials, self.ledger.standing(), self.threshold, self.lesser(step))
         if chosen is None:
             self.now = step
             self.unsure(step, trials)
@@ -136,6 +136,21 @@ class _Walker(Ordering):
         if chosen is not trials[0]:
             chosen.value.note(NoteKind.CORRECTED, "the step is read as the map has it", Extent(0, len(step.text)))
         return chosen.value
+
+    def lesser(self, step: LabelledStep) -> Callable[[_Walker, _Walker], bool]:
+        """Whether what one walker came to is a part of what another did: it missed what the step asks for besides.
+        Never so where the step says what is not meant."""
+        said = {t.text for t in tokens(step.text)}
+        if any(lexicon().is_(w, "negation", "except", "instead", "conditional") for w in said):
+            return lambda _a, _b: False
+        done = self.ledger.acts
+
+        def less(a: _Walker, b: _Walker) -> bool:
+            (some, held, _, _), (all_, kept, _, _) = a.ledger.standing(), b.ledger.standing()
+            moved = {e.target for e in b.ledger.goals}
+            return a.ledger.acts > done and kept <= held <= kept | moved and some < all_
+
+        return less
 
     def errors(self) -> int:
         return sum(d.severity is Severity.ERROR for d in self.diagnostics)
@@ -150,6 +165,8 @@ class _Walker(Ordering):
             self.unsure(step)
             return
         step = relabelled(step, self.scene)
+        if step.text != self.now.text:
+            self.now = replace(self.now, text=step.text)
         self.mentioned, self.used = mentioned(step, self.scene, self.scene.objects), []
         self.around = mentioned(step, self.scene, self.scene.places)
         self.ordered = arrangement(step.text) is not None
@@ -174,7 +191,7 @@ class _Walker(Ordering):
         earlier = len(self.diagnostics)
         asks = False
         for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
-            self.idle = False
+            self.idle, self.barred = False, set()
             try:
                 for part in related(self, clause, start, end):
                     self.clause(part)
@@ -184,6 +201,13 @@ class _Walker(Ordering):
             asks = asks or not self.idle
             if self.idle and not self.orders_within(step.text, start, end):
                 self.used.append(Extent(start, end))
+        self.overlooked(step, earlier, asks=asks)
+        if before != (self.ledger.acts, self.targets, self.place):
+            self.turn += 1
+
+    def overlooked(self, step: LabelledStep, earlier: int, *, asks: bool) -> None:
+        """Complain of what the step names or tells and no clause made anything of. `earlier` diagnostics are not of
+        this step; `asks`: it is an order."""
         spans = [d.span for d in self.diagnostics[earlier:] if d.span is not None]
         faulty = [Extent(s.column - 1, s.end_column - 1) for s in spans]
         for fault in lacking(step, self.scene, faulty):
@@ -195,11 +219,13 @@ class _Walker(Ordering):
             self.complain(
                 "E314", f"`{words}` is named, and what for is not understood", extent, "", "say it in a step of its own"
             )
+        for extent, thing, place in done_before(step, self.scene):
+            if not self.scene.within(self.ledger.where.get(thing), place):
+                title = f"`{extent.cut(step.text)}` is told, and no step does it"
+                self.complain("E314", title, extent, "", "say it in a step of its own")
         for extent in restrictions(step) if asks else ():
             title = f"`{extent.cut(step.text)}` restricts what may be done, which goals cannot say"
             self.complain("E314", title, extent, "", "say which thing is to go where")
-        if before != (self.ledger.acts, self.targets, self.place):
-            self.turn += 1
 
     def stands_at(self, step: LabelledStep, extent: Extent) -> bool:
         """Whether words right behind an object say where it stands ("the red block (object 6) in the sorting area")."""

@@ -38,12 +38,14 @@ def shares(trials: Sequence[Trial[V]], words: Callable[[V], str]) -> list[tuple[
     return sorted(found.items(), key=lambda item: -item[1])
 
 
-def weigh(trials: Sequence[Trial[V]], before: Hashable, threshold: float) -> Trial[V] | None:
+def weigh(
+    trials: Sequence[Trial[V]], before: Hashable, threshold: float, less: Callable[[V, V], bool] = lambda _a, _b: False
+) -> Trial[V] | None:
     """The trial to go on with, likeliest first among those of one outcome; None where none is sure enough.
 
     Readings that come to the same count together, and their share is that of the readings that make sense on the map.
     One with complaints is taken, complaints and all, only where no other does; one that changes nothing (`before`)
-    never makes up for one that does.
+    never makes up for one that does. What is `less` than another, a part of it, is no rival to it.
     """
     mass: dict[Hashable, float] = {}
     for t in trials:
@@ -54,7 +56,8 @@ def weigh(trials: Sequence[Trial[V]], before: Hashable, threshold: float) -> Tri
     first = next((t for t in trials if t.clean and t.outcome == ranked[0][0]), top) if ranked else top
     if not ranked:
         return top if sum(t.probability for t in trials) >= threshold else None
-    rival = ranked[1][1] if len(ranked) > 1 else 0.0
+    others = (next(t for t in trials if t.clean and t.outcome == o) for o, _ in ranked[1:])
+    rival = max((mass[t.outcome] for t in others if not less(t.value, first.value)), default=0.0)
     share = ranked[0][1]
     if top.clean:
         sure = share >= threshold * sum(mass.values()) and share >= min(threshold, _LEAST)

@@ -10,9 +10,11 @@ import importlib.resources
 import tomllib
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import groupby
+
+from llmbt_compiler.keywords.slips import respelt
 
 __all__ = ["Lexicon", "Size", "Token", "closest", "distance", "lemmas", "lexicon", "singulars", "tokens"]
 
@@ -147,13 +149,18 @@ def tokens(text: str, start: int = 0, end: int | None = None) -> tuple[Token, ..
     for kind, a, b in _runs(text[start:end]):
         raw = text[start + a : start + b]
         glued = a > 0 and not text[start + a - 1].isspace() and bool(out) and out[-1].end == start + a
-        word = unicodedata.normalize("NFKC", raw).casefold().translate(_APOSTROPHES)
+        word = respelt(unicodedata.normalize("NFKC", raw).casefold().translate(_APOSTROPHES))
         if not word or (not word[0].isalnum() and kind != "-"):
             continue
         if word == "s" and glued and out[-1].digits and len(raw) > 1:
+            out[-1] = replace(out[-1], owner=True)
             continue  # "object 4's"
         number = (word.lstrip("0") or "0") if kind == "9" else None
-        owner = raw.endswith(("'s", "’s")) and len(word) > 2
+        if word in {"thats", "whichs"}:  # "the one that's green"
+            out.append(Token(word[:-1], start + a, start + b - 2, glued))
+            out.append(Token("is", start + b - 2, start + b, True))
+            continue
+        owner = raw.endswith(("'s", "’s")) and len(word) > 1
         word = word[:-1] if owner else word
         out.append(Token(word, start + a, start + b, glued, number, owner))
     return tuple(_numbered(_decimals(_correlated(out))))

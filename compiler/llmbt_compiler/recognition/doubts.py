@@ -32,7 +32,7 @@ def doubts(capture: Capture, scene: Scene) -> tuple[Diagnostic, ...]:
         return (Diagnostic("W453", title, severity=Severity.WARNING, help=hint),)
     apart = _spacing_m(inside)
     if apart > _SPARSE_M:
-        title = f"the points are some {1e3 * apart:.0f} mm apart"
+        title = f"the points are some {1e3 * apart:.0f} mm apart" if len(inside) > 1 else "it has one point there"
         hint = f"things are found by points every {1e3 * VOXEL_M:.0f} mm or nearer; give a denser cloud"
         return (Diagnostic("W454", title, severity=Severity.WARNING, help=hint),)
     return ()

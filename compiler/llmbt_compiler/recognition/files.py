@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from llmbt_compiler.recognition.headers import shortage
 from llmbt_compiler.recognition.open3d import open3d
 from llmbt_ir.capture import Capture, Gripper, PointCloud, capture_json, gripper_and_robot
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
@@ -20,6 +21,8 @@ __all__ = ["CAPTURE", "SUFFIXES", "read_capture", "write_capture"]
 
 CAPTURE = "capture.json"
 SUFFIXES = (".ply", ".pcd")
+_FARTHEST = 1e7
+"""No coordinate is larger, be it in millimetres."""
 
 
 def write_capture(folder: Path, clouds: Mapping[str, PointCloud], capture: Capture, suffix: str = ".ply") -> list[Path]:
@@ -40,8 +43,8 @@ def write_capture(folder: Path, clouds: Mapping[str, PointCloud], capture: Captu
 def read_capture(paths: tuple[Path, ...]) -> Capture:
     """All points of some files, or of those that a folder's `capture.json` names, with what that says of the robot.
 
-    Errors: E001 a file that cannot be read; E451 one that is no point cloud, or an empty one; E452 a `capture.json`
-    that is none. Where one of the files has no colours, none of them count.
+    Errors: E001 a file that cannot be read; E451 one that is no point cloud, or an empty or a torn one; E452 a
+    `capture.json` that is none. Where one of the files has no colours, none of them count.
     """
     files: list[Path] = []
     notes: Path | None = None
@@ -87,14 +90,19 @@ def _read(path: Path) -> tuple[PointCloud, bool]:
         raise _no_cloud(path, f"it does not end in {' or '.join(SUFFIXES)}")
     if not path.is_file():
         read_bytes(path, "point cloud")  # which says why not
-    with path.open("rb") as file:
-        if path.suffix.lower() == ".ply" and file.read(3) != b"ply":
-            raise _no_cloud(path, "it does not begin as one")
+    data = path.read_bytes()
+    if path.suffix.lower() == ".ply" and data[:3] != b"ply":
+        raise _no_cloud(path, "it does not begin as one")
+    lacks = shortage(data)
+    if lacks is not None:
+        raise _no_cloud(path, lacks)
     o3d = open3d()
     whole = o3d.t.io.read_point_cloud(str(path))
     if "positions" not in whole.point or not len(whole.point.positions):
         raise _no_cloud(path, "it has no points")
     xyz = whole.point.positions.numpy().astype(np.float64)
+    if (np.abs(xyz[np.isfinite(xyz)]) > _FARTHEST).any():
+        raise _no_cloud(path, f"it has coordinates beyond {_FARTHEST:g}")
     if "colors" not in whole.point:
         return PointCloud(xyz, np.full((len(xyz), 3), 0.5)), False
     colours = whole.point.colors.numpy()

@@ -79,7 +79,7 @@ class _Shadow:
 def _image(
     client: BulletClient, camera: Camera, width: int, height: int, *, shadow: bool
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-    view = client.computeViewMatrix(camera.eye_m, camera.target_m, (0, 0, 1))
+    view = client.computeViewMatrix(camera.eye_m, camera.target_m, camera.up_m)
     projection = list(client.computeProjectionMatrixFOV(camera.fov_deg, width / height, _NEAR_M, _FAR_M))
     # the renderer samples a pixel at its lower left corner: half a pixel aside, it is at the centre
     projection[8] += 1 / width

@@ -8,8 +8,10 @@ from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 from llmbt_ir.scene import Scene, ScenePlace
 from llmbt_runtime.bullet.approach import Approach
+from llmbt_runtime.bullet.erecting import UPRIGHT_M, can_stand_at
 from llmbt_runtime.bullet.frames import BasePose
 from llmbt_runtime.bullet.navigation import Floor
+from llmbt_runtime.bullet.robot import FINGER_FORCE_N
 from llmbt_runtime.bullet.spots import free_spots, small_half_m
 from llmbt_runtime.bullet.stage import Stage
 from llmbt_runtime.bullet.terrain import Terrain
@@ -18,11 +20,15 @@ from llmbt_runtime.bullet.world import BulletWorld
 __all__ = ["docks_of", "findings"]
 
 _ABOVE_M = (0.02, 0.12)
+_WEIGHT_N = 9.81
+"""Of a kilogram."""
+_SLIPS = 3
+"""The fingers have to hold this many times a thing's weight."""
 
 
 def findings(scene: Scene) -> Iterator[Diagnostic]:
     """E042 the robot stands in something, E049 a place that the arm does not come to, W049 a thing that it cannot take
-    where it stands at the start."""
+    where it stands at the start, W044 that slips, W045 that nobody sets upright when it fell."""
     world = BulletWorld(scene)
     try:
         terrain = world.terrain
@@ -30,7 +36,9 @@ def findings(scene: Scene) -> Iterator[Diagnostic]:
             yield from _driven(scene, terrain)
         else:
             yield from _bolted(scene, terrain.approach)
+            yield from _fallen(scene)
         yield from _things(scene, world)
+        yield from _grip(scene)
     finally:
         world.close()
 
@@ -86,6 +94,31 @@ def _things(scene: Scene, world: BulletWorld) -> Iterator[Diagnostic]:
             Span(scene.source, o.line),
             severity=Severity.WARNING,
         )
+
+
+def _grip(scene: Scene) -> Iterator[Diagnostic]:
+    """The friction of two fingers holds a thing's weight several times, or it slips when it is moved."""
+    for o in (*scene.objects, *scene.obstacles):
+        weight = o.mass_kg * _WEIGHT_N
+        if o.movable and _SLIPS * weight > 2 * FINGER_FORCE_N * o.friction:
+            title = f"`{o.id}` slips out of the fingers: {o.mass_kg:g} kg, with a friction of {o.friction:g}"
+            hint = f"two fingers press with {FINGER_FORCE_N:g} N each; mass_kg and friction have defaults"
+            yield Diagnostic("W044", title, Span(scene.source, o.line), help=hint, severity=Severity.WARNING)
+
+
+def _fallen(scene: Scene) -> Iterator[Diagnostic]:
+    """A bolted arm sets a cylinder upright on a buffer at some distances only."""
+    base = BasePose.of_scene(scene)
+    for o in scene.objects:
+        if o.shape != "cylinder" or o.size_m[2] <= o.size_m[0]:
+            continue
+        half = o.size_m[0] / 2
+        buffers = [p for p in scene.places if p.buffer]
+        spots = [s for p in buffers for s in free_spots(p, (half, half), (), scene.fixtures, base)]
+        if not any(can_stand_at(base, spot) for spot in spots):
+            title = f"`{o.id}` is lost when it falls over: there is no buffer to set it upright on"
+            hint = f"a buffer with room {UPRIGHT_M[0]:g} to {UPRIGHT_M[1]:g} m from the robot's base"
+            yield Diagnostic("W045", title, Span(scene.source, o.line), help=hint, severity=Severity.WARNING)
 
 
 def docks_of(scene: Scene) -> dict[str, list[tuple[float, float, float]]]:

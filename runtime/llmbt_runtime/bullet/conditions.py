@@ -72,7 +72,7 @@ class Conditions:
         self._space_at = {}
         self._containers = {p.id: tuple(self.scene.with_containers(p.id)) for p in self.scene.places}
         self._surfaces = [p for p in self.scene.places if p.surface_m is not None]
-        self._surfaces.sort(key=lambda p: (-self.scene.depth(p.id), p.id))
+        self._surfaces.sort(key=self.scene.precedence)
         self._spaces = {
             p.id: Extent(
                 (p.surface_m[0], p.surface_m[1], p.surface_m[2] + _SLOT_SPACE_M / 2),

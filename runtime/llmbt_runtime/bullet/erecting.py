@@ -18,12 +18,13 @@ from llmbt_ir.scene import Body, ScenePlace
 from llmbt_runtime.bullet.approach import Approach
 from llmbt_runtime.bullet.arm import Arm, Skill, SkillError
 from llmbt_runtime.bullet.bodies import BodyState, lying_at
+from llmbt_runtime.bullet.frames import BasePose
 from llmbt_runtime.bullet.grasping import Carried
 from llmbt_runtime.bullet.kinematics import TipPose, solve_pitched
 from llmbt_runtime.bullet.motion import plan_pitched
 from llmbt_runtime.bullet.spots import free_spots
 
-__all__ = ["Erector", "Upright", "lies"]
+__all__ = ["UPRIGHT_M", "Erector", "Upright", "can_stand_at", "lies"]
 
 _LEANS_RAD = tuple(math.radians(a) for a in (4, 8, 12, 16, 20, 24, 28))
 """How far the cylinder leans when it is let go: the least for which the wrist is clear of what is below it."""
@@ -31,7 +32,8 @@ _RIGHTS_ITSELF = 0.7
 """It may lean by this part of the angle at which it would fall over."""
 _BACK_M, _UP_M, _OPEN_M = 0.09, 0.12, 0.012
 _DROP_M = 0.002
-_RADIUS_M = (0.26, 0.44)
+UPRIGHT_M = (0.26, 0.44)
+"""How far from the base a cylinder is set upright."""
 _SPOTS_TRIED = 12
 _LOADED, _EMPTY = (1.2, 3.5), (1.9, 7.0)
 """Radians a second, and a second squared."""
@@ -56,6 +58,11 @@ class Upright:
         return self.pitched, self.down, self.back, self.away
 
 
+def can_stand_at(base: BasePose, spot: tuple[float, float]) -> bool:
+    """Whether a spot is at a distance at which a cylinder is set upright."""
+    return UPRIGHT_M[0] <= math.hypot(spot[0] - base.x_m, spot[1] - base.y_m) <= UPRIGHT_M[1]
+
+
 def lies(body: Body, state: BodyState) -> bool:
     """Whether a thing is a cylinder on its side."""
     return body.shape == "cylinder" and abs(state.axes[2][2]) < 0.5
@@ -69,7 +76,8 @@ class Erector:
     approach: Approach
 
     def plan(self, carried: Carried, body: Body, place: ScenePlace) -> Upright:
-        """How to set the held cylinder upright on a place. no_free_buffer where there is no room, ik_unreachable."""
+        """How to set the held cylinder upright on a place. no_room_upright where there is none at such a distance from
+        the base, ik_unreachable."""
         base = self.arm.bench.base.pose
         any_room = False
         for x, y in self._spots(place, body):
@@ -84,7 +92,7 @@ class Erector:
                 if self._possible(how) and self.approach.fits(body.id, standing):
                     return how
         free = Condition("Free", (place.id,))
-        raise SkillError("ik_unreachable" if any_room else "no_free_buffer", denies=free)
+        raise SkillError("ik_unreachable" if any_room else "no_room_upright", denies=free)
 
     def _spots(self, place: ScenePlace, body: Body) -> Iterator[tuple[float, float]]:
         if place.surface_m is None:
@@ -96,7 +104,7 @@ class Erector:
         half = body.size_m[0] / 2
         lying = [s.extent for _, s in bench.others(body.id)]
         spots = free_spots(place, (half, half), lying, self.arm.stage.scene.fixtures, base)
-        near = [p for p in spots if _RADIUS_M[0] <= math.hypot(p[0] - base.x_m, p[1] - base.y_m) <= _RADIUS_M[1]]
+        near = [p for p in spots if can_stand_at(base, p)]
         yield from near[:_SPOTS_TRIED]
 
     def _possible(self, how: Upright) -> bool:

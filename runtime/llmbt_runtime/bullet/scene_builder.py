@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
-from llmbt_ir.diagnostics import Diagnostic, LlmbtError, Span
 from llmbt_ir.geometry import Vec3
 from llmbt_ir.scene import COLOURS, Body, RobotModel, Scene
 from llmbt_runtime.bullet.client import BulletClient
@@ -26,15 +23,6 @@ def _shape(client: BulletClient, body: Body) -> int:
     if body.shape == "sphere":
         return int(client.createCollisionShape(client.GEOM_SPHERE, radius=sx / 2))
     if body.shape == "cylinder":
-        if not math.isclose(sx, sy):
-            raise LlmbtError(
-                Diagnostic(
-                    "E045",
-                    f"the cylinder `{body.id}` has two different diameters",
-                    Span("scene", body.line),
-                    help="size_m of a cylinder is diameter, diameter, height",
-                )
-            )
         return int(client.createCollisionShape(client.GEOM_CYLINDER, radius=sx / 2, height=sz))
     return int(client.createCollisionShape(client.GEOM_BOX, halfExtents=(sx / 2, sy / 2, sz / 2)))
 

@@ -4,7 +4,7 @@ A skill ends by returning, or by raising SkillError with a reason. It may be clo
 contact phase; arm and base then brake on their paths. Every skill starts from wherever the robot is.
 
 Reasons: not_holding, not_approachable, moved_since_seen, missed, not_lifted, ik_unreachable, tracking_error,
-spot_occupied, blocked, no_free_buffer, dropped_on_the_way, unstable_after_release, held_askew,
+spot_occupied, blocked, no_free_buffer, no_room_upright, dropped_on_the_way, unstable_after_release, held_askew,
 hand_not_empty, not_let_go, unknown_object, no_plan, no_path, not_seen.
 """
 

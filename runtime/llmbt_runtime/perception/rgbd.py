@@ -34,7 +34,7 @@ def _axes(camera: Camera) -> Array:
     """Right, up and forward of a camera in the world, as rows."""
     forward = np.subtract(camera.target_m, camera.eye_m)
     forward /= np.linalg.norm(forward)
-    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right = np.cross(forward, camera.up_m)
     right /= np.linalg.norm(right)
     return np.stack([right, np.cross(right, forward), forward])
 
