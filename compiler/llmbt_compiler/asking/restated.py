@@ -46,6 +46,9 @@ def restated(
                 stop = words[max(name_end(words, relation), relation.end) - 1].end
                 yield f"Put {names} {line[words[relation.start].start : stop]}."
         named = _places_named(rest, scene) or _who_asks(rest, scene)
+        told = [p for p in places if p.start not in inside]
+        if told:  # "at the right end of level 3"
+            named = told[0].ids if len(told) == 1 else ()
         known = {m.id for m in mentions_in(rest, scene) if scene[m.id].movable} - set(asked.candidates)
         if len(named) == 1 and not known:
             yield f"Put {names} on {named[0].replace('_', ' ')}."

@@ -78,7 +78,10 @@ def _wanted_there(
     for place in mentions_in(words, scene):
         begin, end = _sentence(words, place.start)
         led = place.start > begin and words[place.start - 1].text in _ONTO
-        if place.id != here or not led or begin <= kept.start < end or any(t.text in _LATER for t in words[begin:end]):
+        if place.id != here or not led or kept.start <= place.start <= kept.end:
+            continue
+        begin = kept.end if begin <= kept.start < place.start else begin
+        if any(t.text in _LATER for t in words[begin:end]):
             continue
         named = {m.id for m in mentions_in(words, scene) if begin <= m.start < place.start and scene[m.id].movable}
         named |= {i for m in meant_objects(words, line, scene) if begin <= m.start < place.start for i in m.ids}
@@ -124,7 +127,11 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
         elif t.text in _KEEPING:
             found = _object(words, i + 1, scene, where)
             after = [w.text for w in words[i + 2 : end]]
-            if found and ("where" in after or "alone" in after or "untouched" in after):
+            place = _left_on(words, i + 1, end, scene)
+            there = place is not None and all(scene.within(where.get(o), place) for o in found)
+            if found and place is not None and there and "where" not in after:
+                yield _Kept(found, i, end, place)
+            elif found and ("where" in after or "alone" in after or "untouched" in after):
                 yield _Kept(found, i, end)
 
 
@@ -148,6 +155,12 @@ def _place(words: Sequence[Token], at: int, end: int, scene: Scene) -> tuple[str
 def _object(words: Sequence[Token], at: int, scene: Scene, where: dict[str, str | None]) -> tuple[str, ...]:
     found = landmark(words, at, scene)
     return _pointed(words, at, found.end, found.ids, scene, where) if found is not None else ()
+
+
+def _left_on(words: Sequence[Token], at: int, end: int, scene: Scene) -> str | None:
+    """ "Leave the red block in the sorting area": the place named right behind what is to be left."""
+    found = landmark(words, at, scene)
+    return _place(words, found.end, end, scene)[0] if found is not None and found.end < end else None
 
 
 def _subject(

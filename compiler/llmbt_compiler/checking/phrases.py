@@ -105,7 +105,8 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
 
 
 def _pointed_at(words: Sequence[Token], scene: Scene, where: dict[str, str | None]) -> dict[int, set[str]]:
-    """What "that block" may point back to, by the word that names it: a thing, what has a colour, what is on a place."""
+    """What "that block" may point back to, by the word behind its name: a thing, what has a colour,
+    what is on a place."""
     found: dict[int, set[str]] = {}
     for m in mentions_in(words, scene):
         there = {o for o, p in where.items() if scene.within(p, m.id)} if not scene[m.id].movable else {m.id}
@@ -268,11 +269,19 @@ def _compared(
     pool = World(scene, Ledger(dict(where)), where, Talk(where), line).every(phrase, True) if phrase else None
     if isinstance(pool, Fault):
         return None
+    joined = [t.text for t in words[mark.end : mark.end + 1]] in (["and"], ["but"])
+    if joined and _qualified(words, mark.end + 1, scene):
+        return None
     every = pool[0] if pool is not None else [e.id for e in scene.objects]
     ids = of.among(every, mark.ids[0], scene)
     told = _clause(words, mark.end)
     there, stop = _there(words, mark.end, ids, scene, where) if told else (ids, mark.end)
     return Meant(start, stop, tuple(sorted(there, key=natural)), stop=stop)
+
+
+def _qualified(words: Sequence[Token], at: int, scene: Scene) -> bool:
+    """ "... and not yellow", "... but green": more that tells which one."""
+    return at < len(words) and (words[at].text in scene.colours or lexicon().is_(words[at].text, "negation"))
 
 
 def _clause(words: Sequence[Token], at: int) -> bool:
@@ -367,7 +376,26 @@ def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: di
         return None
     ids, stop = _there(words, end, found.ids, scene, where)
     told = stop if stop > end and _clause(words, end) else 0
+    if stop > end and not told and _puts(words, start) and not _goes_on(words, start, stop):
+        ids = found.ids  # "put the green block on the shelf": it says where to
+    if stop == end and _elsewhere(words, end, scene):
+        return Meant(start, end, ids)
     return None if _tells(words, stop, scene) else Meant(start, end, ids, stop=told)
+
+
+def _puts(words: Sequence[Token], start: int) -> bool:
+    """Whether the last verb before a phrase puts it somewhere."""
+    said = [t.text for t in words[:start] if t.text in _PUTTING or t.text in _FETCHING]
+    return bool(said) and said[-1] in _PUTTING
+
+
+def _elsewhere(words: Sequence[Token], end: int, scene: Scene) -> bool:
+    """Whether a clause right behind a phrase names a place, where nothing of the kind is: "that is on the shelf"."""
+    begin = end
+    while begin < len(words) and words[begin].text in _STANDING:
+        begin += 1
+    led = end < begin < len(words) and _clause(words, end) and words[begin].text in {"on", "in", "at"}
+    return led and place_named(words, begin + 1, scene)[0] is not None
 
 
 def _parenthesis(words: Sequence[Token], at: int) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
@@ -316,7 +316,8 @@ def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: b
             return True
     for m in _LEFT_OPEN.finditer(request):
         of_places = "where" in m.group(0).lower() or any(
-            t.text in scene.generic(False) or t.text in {"side", "end", "level"} for t in tokens(m.group("what"))
+            t.text in scene.generic(False) or t.text in {"side", "end", "level"}
+            for t in takewhile(lambda t: t.text not in {"to", "onto", "into"}, tokens(m.group("what")))
         )
         if of_places != movable or (not movable and not of_places):
             return True
