@@ -134,10 +134,12 @@ def _noun(q: _Question) -> bool | None:
 
 
 def _telling(q: _Question) -> tuple[Mention, ...]:
-    """What is named only to tell of others: within the words from "which" to the verb, and right after a relation."""
+    """What is named only to tell of others: within the words from "which" to the verb, and right after a relation or a
+    comparison."""
     begin = q.asked if q.asked is not None else 0
     within = range(begin, begin + 1 + len(_phrase(q)))
-    return tuple(m for m in q.named if m.start in within or any(_follows(q, r.end, m) for r in relations(q.words)))
+    marks = [r.end for r in relations(q.words)] + [k + 1 for k, t in enumerate(q.words) if t.text == "than"]
+    return tuple(m for m in q.named if m.start in within or any(_follows(q, k, m) for k in marks))
 
 
 def _follows(q: _Question, at: int, mention: Mention) -> bool:

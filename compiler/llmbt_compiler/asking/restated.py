@@ -36,10 +36,20 @@ def restated(
         if set(ids) <= set(phrase.ids) and len(phrase.ids) > 1:
             begin = words[phrase.start].start
             on = "on " if _lacks_preposition(words, phrase, scene) else ""
-            yield f"{line[:begin]}{on}{names}{line[words[phrase.end - 1].end :]}"
+            yield f"{line[:begin]}{on}{names}{line[words[max(phrase.end, phrase.stop) - 1].end :]}"
     if scene[ids[0]].movable:
-        named = _places_named(words, scene) or _who_asks(words, scene)
-        known = {m.id for m in mentions_in(words, scene) if scene[m.id].movable} - set(asked.candidates)
+        meant = next((p for p in objects if set(ids) <= set(p.ids) and len(p.ids) > 1), None)
+        inside = range(meant.start, max(meant.end, meant.stop)) if meant is not None else range(0)
+        rest = [t for k, t in enumerate(words) if k not in inside]
+        for relation in relations(words):
+            if relation.start not in inside:  # "... should stand to the left of object 2"
+                stop = words[max(name_end(words, relation), relation.end) - 1].end
+                yield f"Put {names} {line[words[relation.start].start : stop]}."
+        named = _places_named(rest, scene) or _who_asks(rest, scene)
+        told = [p for p in places if p.start not in inside]
+        if told:  # "at the right end of level 3"
+            named = told[0].ids if len(told) == 1 else ()
+        known = {m.id for m in mentions_in(rest, scene) if scene[m.id].movable} - set(asked.candidates)
         if len(named) == 1 and not known:
             yield f"Put {names} on {named[0].replace('_', ' ')}."
         return

@@ -28,6 +28,7 @@ _ENDS = frozenset({".", "!", "?", ";"})
 _LATER = frozenset({"until", "till", "if", "unless", "or", "then", "after", "afterwards", "once", "first", "when"})
 _OTHERS = frozenset({"other", "others", "rest", "remaining", "else", "everything", "nothing", "they", "everybody"})
 _IN = frozenset({"in", "on", "at", "inside"})
+_ONTO = _IN | {"onto", "into", "to"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +57,7 @@ def moved_all_the_same(
             allowed = kept.within if kept.within is not None else here
             gone = next((p for o, p in placed if o == id_ and allowed is not None and not _at(p, allowed, scene)), None)
             other = next((o for o, p in placed if o != id_ and p == here and scene.single(p)), None)
+            other = other or _wanted_there(words, line, kept, id_, here, scene)
             if gone is None and (other is None or (kept.within is not None and kept.within != here)):
                 continue
             what = f"it is to go to {gone}" if gone is not None else f"{other} is to go to {here}, where it stands"
@@ -64,6 +66,28 @@ def moved_all_the_same(
             span = Span("request", 1, *extent, shown)
             title = f"the request contradicts itself, or the reply the request: {id_} is to stay, and {what}"
             yield Diagnostic("E343", title, span, f"{id_} is to stay", "say which of the two is wanted")
+
+
+def _wanted_there(
+    words: Sequence[Token], line: str, kept: _Kept, id_: str, here: str | None, scene: Scene
+) -> str | None:
+    """What another sentence of the request wants on the one position where a thing is to stay, whatever the reply
+    makes of it."""
+    if here is None or not scene.single(here):
+        return None
+    for place in mentions_in(words, scene):
+        begin, end = _sentence(words, place.start)
+        led = place.start > begin and words[place.start - 1].text in _ONTO
+        if place.id != here or not led or kept.start <= place.start <= kept.end:
+            continue
+        begin = kept.end if begin <= kept.start < place.start else begin
+        if any(t.text in _LATER for t in words[begin:end]):
+            continue
+        named = {m.id for m in mentions_in(words, scene) if begin <= m.start < place.start and scene[m.id].movable}
+        named |= {i for m in meant_objects(words, line, scene) if begin <= m.start < place.start for i in m.ids}
+        if named and id_ not in named:
+            return min(named)
+    return None
 
 
 def _at(place: str, allowed: str, scene: Scene) -> bool:
@@ -103,7 +127,11 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
         elif t.text in _KEEPING:
             found = _object(words, i + 1, scene, where)
             after = [w.text for w in words[i + 2 : end]]
-            if found and ("where" in after or "alone" in after or "untouched" in after):
+            place = _left_on(words, i + 1, end, scene)
+            there = place is not None and all(scene.within(where.get(o), place) for o in found)
+            if found and place is not None and there and "where" not in after:
+                yield _Kept(found, i, end, place)
+            elif found and ("where" in after or "alone" in after or "untouched" in after):
                 yield _Kept(found, i, end)
 
 
@@ -127,6 +155,12 @@ def _place(words: Sequence[Token], at: int, end: int, scene: Scene) -> tuple[str
 def _object(words: Sequence[Token], at: int, scene: Scene, where: dict[str, str | None]) -> tuple[str, ...]:
     found = landmark(words, at, scene)
     return _pointed(words, at, found.end, found.ids, scene, where) if found is not None else ()
+
+
+def _left_on(words: Sequence[Token], at: int, end: int, scene: Scene) -> str | None:
+    """ "Leave the red block in the sorting area": the place named right behind what is to be left."""
+    found = landmark(words, at, scene)
+    return _place(words, found.end, end, scene)[0] if found is not None and found.end < end else None
 
 
 def _subject(

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
 
+from llmbt_compiler.checking.comparisons import comparison
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Fault, Found, Talk
@@ -31,8 +32,13 @@ _TELLING = frozenset({
 _STANDING = frozenset({
     "that", "which", "is", "thats", "whats", "stands", "standing", "right", "directly", "just",
     "lies", "lying", "sits", "sitting", "currently", "now", "still",
-    "located", "stored", "placed", "already",
+    "located", "stored", "placed", "already", "what",
 })  # fmt: skip
+_CLAUSE = frozenset({
+    "that", "which", "thats", "whats", "stands", "standing", "lies", "lying", "sits", "sitting", "currently", "now",
+    "located", "stored", "placed", "already", "from", "off",
+})  # fmt: skip
+"""Words after a noun that say where a thing is, and not where it is to go."""
 _AT = frozenset({"on", "in", "at", "from", "of", "off"})
 _ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then", "over"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "next", "beside", "between", "above", "below"})
@@ -47,13 +53,15 @@ _LONGEST = 5
 @dataclass(frozen=True, slots=True)
 class Meant:
     """A phrase, words[start:end], and all the things that it fits. `count`: of how many of them it speaks (0: of all);
-    `exactly`: it says that there are no more ("both", "all three")."""
+    `exactly`: it says that there are no more ("both", "all three"); `stop`: where a clause ends that tells more of it
+    ("that's on the shelf"), or 0."""
 
     start: int
     end: int
     ids: tuple[str, ...]
     count: int = 1
     exactly: bool = False
+    stop: int = 0
 
     @property
     def many(self) -> bool:
@@ -65,28 +73,50 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
     """Every phrase like "the green block", "a yellow one", "two of the drinks", "the block in the sorting area" with
     the objects that it fits; none where what stands after it may tell more than is understood here."""
     where = {o.id: o.place for o in scene.map.objects}
-    named = False
+    before: set[str] = set()
+    earlier = _pointed_at(words, scene, where)
     for i, t in enumerate(words):
-        back = named and t.text in {"that", "this"}  # "position 12 ... that block": it points back
-        named = named or (t.number is not None and t.digits) or t.text in scene.colours
+        before |= earlier.get(i, set())
         found = _several(words, i, scene, where) or _something(words, i, scene) or _colour_alone(words, i, scene)
         if found is not None:
+            before |= set(found.ids)
             yield found
             continue
-        if back or (i and words[i - 1].text in {"any", "either"}):
+        if i and words[i - 1].text in {"any", "either"}:
             continue
         end = _noun(words, i, scene) if t.text in _POINTING | _INDEFINITE else 0
         if end:
+            found = _compared(words, i + 1, end, line, scene, where)
+            if found is not None and found.ids == () and found.stop:
+                yield replace(found, start=i)
+                continue
             found = (
-                _ranked(words, i + 1, end, line, scene, where)
+                found
+                or _ranked(words, i + 1, end, line, scene, where)
                 or _related(words, i + 1, end, line, scene, where)
                 or _plain(words, i + 1, end, scene, where)
             )
         elif _bare(words, i, scene):
             end = _noun(words, i - 1, scene)
             found = _ranked(words, i, end, line, scene, where) or _plain(words, i, end, scene, where) if end else None
-        if found is not None and found.ids:
+        if found is not None and found.ids and not (t.text in {"that", "this"} and before & set(found.ids)):
             yield replace(found, start=i)
+            before |= set(found.ids)
+
+
+def _pointed_at(words: Sequence[Token], scene: Scene, where: dict[str, str | None]) -> dict[int, set[str]]:
+    """What "that block" may point back to, by the word behind its name: a thing, what has a colour,
+    what is on a place."""
+    found: dict[int, set[str]] = {}
+    for m in mentions_in(words, scene):
+        there = {o for o, p in where.items() if scene.within(p, m.id)} if not scene[m.id].movable else {m.id}
+        if scene[m.id].movable or scene.single(m.id):
+            found.setdefault(m.end, set()).update(there)
+    for i, t in enumerate(words):
+        pointing = i > 0 and words[i - 1].text in {"that", "this"}
+        if t.text in scene.colours and not pointing:
+            found.setdefault(i + 1, set()).update(e.id for e in scene.objects if t.text in e.colour)
+    return found
 
 
 def landmark(words: Sequence[Token], at: int, scene: Scene) -> Meant | None:
@@ -224,6 +254,41 @@ def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:
     return 0
 
 
+def _compared(
+    words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
+) -> Meant | None:
+    """ "The block that is smaller than object 1": what compares so with one thing that is named, or nothing."""
+    begin = end
+    while begin < len(words) and words[begin].text in _STANDING:
+        begin += 1
+    of = comparison(words, begin)
+    mark = landmark(words, of.mark, scene) if of is not None else None
+    phrase = [t for t in words[start:end] if t.text not in {"one", "thing"}]
+    if of is None or mark is None or len(mark.ids) != 1 or any(t.text in lexicon().sizes for t in phrase):
+        return None
+    pool = World(scene, Ledger(dict(where)), where, Talk(where), line).every(phrase, True) if phrase else None
+    if isinstance(pool, Fault):
+        return None
+    joined = [t.text for t in words[mark.end : mark.end + 1]] in (["and"], ["but"])
+    if joined and _qualified(words, mark.end + 1, scene):
+        return None
+    every = pool[0] if pool is not None else [e.id for e in scene.objects]
+    ids = of.among(every, mark.ids[0], scene)
+    told = _clause(words, mark.end)
+    there, stop = _there(words, mark.end, ids, scene, where) if told else (ids, mark.end)
+    return Meant(start, stop, tuple(sorted(there, key=natural)), stop=stop)
+
+
+def _qualified(words: Sequence[Token], at: int, scene: Scene) -> bool:
+    """ "... and not yellow", "... but green": more that tells which one."""
+    return at < len(words) and (words[at].text in scene.colours or lexicon().is_(words[at].text, "negation"))
+
+
+def _clause(words: Sequence[Token], at: int) -> bool:
+    """Whether a clause on where a thing stands begins right here: "that's on", "standing on", "from"."""
+    return at < len(words) and (words[at].text in _CLAUSE or [t.text for t in words[at : at + 2]] == ["what", "is"])
+
+
 def _ranked(
     words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
 ) -> Meant | None:
@@ -310,7 +375,27 @@ def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: di
     if not isinstance(found, Found):
         return None
     ids, stop = _there(words, end, found.ids, scene, where)
-    return None if _tells(words, stop, scene) else Meant(start, end, ids)
+    told = stop if stop > end and _clause(words, end) else 0
+    if stop > end and not told and _puts(words, start) and not _goes_on(words, start, stop):
+        ids = found.ids  # "put the green block on the shelf": it says where to
+    if stop == end and _elsewhere(words, end, scene):
+        return Meant(start, end, ids)
+    return None if _tells(words, stop, scene) else Meant(start, end, ids, stop=told)
+
+
+def _puts(words: Sequence[Token], start: int) -> bool:
+    """Whether the last verb before a phrase puts it somewhere."""
+    said = [t.text for t in words[:start] if t.text in _PUTTING or t.text in _FETCHING]
+    return bool(said) and said[-1] in _PUTTING
+
+
+def _elsewhere(words: Sequence[Token], end: int, scene: Scene) -> bool:
+    """Whether a clause right behind a phrase names a place, where nothing of the kind is: "that is on the shelf"."""
+    begin = end
+    while begin < len(words) and words[begin].text in _STANDING:
+        begin += 1
+    led = end < begin < len(words) and _clause(words, end) and words[begin].text in {"on", "in", "at"}
+    return led and place_named(words, begin + 1, scene)[0] is not None
 
 
 def _parenthesis(words: Sequence[Token], at: int) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
@@ -249,7 +249,7 @@ def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene:
             begin += 1
         said = begin < len(words) and (words[begin].text == "from" or (begin > phrase.end and words[begin].text in _AT))
         place, stop = place_named(words, begin + 1, scene) if said else (None, begin)
-        if place is None:
+        if place is None or not phrase.ids:
             continue
         moved = {m.place for m in parsed.moves if m.target in phrase.ids}
         there = {p for i in phrase.ids if (p := where.get(i)) is not None} | moved
@@ -316,7 +316,8 @@ def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: b
             return True
     for m in _LEFT_OPEN.finditer(request):
         of_places = "where" in m.group(0).lower() or any(
-            t.text in scene.generic(False) or t.text in {"side", "end", "level"} for t in tokens(m.group("what"))
+            t.text in scene.generic(False) or t.text in {"side", "end", "level"}
+            for t in takewhile(lambda t: t.text not in {"to", "onto", "into"}, tokens(m.group("what")))
         )
         if of_places != movable or (not movable and not of_places):
             return True
@@ -355,11 +356,11 @@ def _too_few(parts: Sequence[Token], request: str, phrase: Meant) -> Diagnostic:
     said = request[parts[0].start : parts[-1].end]
     return Diagnostic(
         "E142",
-        f"the request names what is not there: `{said}`, and there {'is' if len(phrase.ids) == 1 else 'are'} only "
-        f"{len(phrase.ids)} of them",
+        f"the request names what is not there: `{said}`, and there "
+        + (f"{'is' if len(phrase.ids) == 1 else 'are'} only {len(phrase.ids)} of them" if phrase.ids else "is none"),
         _span(parts, request),
         "too few",
-        f"the map has {', '.join(phrase.ids)}",
+        f"the map has {', '.join(phrase.ids)}" if phrase.ids else "say it in other words",
         candidates=phrase.ids,
     )
 

@@ -38,6 +38,7 @@ _TURNING = ("negation", "except", "instead", "conditional")
 _FETCHING = frozenset({"me", "us", "bring", "fetch", "get", "grab", "want"})
 _LEADING = _FETCHING | {"put", "place", "move", "take", "give", "in", "on", "into", "onto", "to", "inside"}
 _CUPS = frozenset({"cup", "glass", "mug", "slice", "piece", "bowl", "plate", "portion", "bar"})
+_GOING_ON = frozenset({"please", "thanks", "over", "from", "on", "in", "for", "that", "which"})
 _THE = frozenset({"the", "my", "your", "our", "a", "an", "some", "that", "this"})
 
 
@@ -93,7 +94,7 @@ def _noun(line: Sequence[Token], span: KeywordSpan, scene: Scene) -> Token | Non
         return None
     noun, after = line[head], line[head + 1] if head + 1 < len(line) else None
     ends = after is None or not (after.word or after.number is not None) or lexicon().is_(after.text, "joints", "onto")
-    polite = after is not None and after.text in {"please", "thanks", "over", "from", "on", "in", "for"}
+    polite = after is not None and after.text in _GOING_ON
     if not noun.word or noun.number is not None or noun.owner or not (ends or polite):
         return None
     return None if _known(noun, scene) else noun
