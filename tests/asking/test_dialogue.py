@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from llmbt_atl.library import load_library
+from llmbt_compiler.checking import unable
 from llmbt_compiler.pipeline import Context, compile_request
 from llmbt_compiler.reasoning.chat import Script
 from llmbt_ir.diagnostics import ExitCode, LlmbtError
@@ -303,6 +304,18 @@ def test_what_cannot_be_is_refused_though_the_reply_goes_along(scene, request_, 
     with pytest.raises(LlmbtError) as caught:
         talk(request_, [reply], scene=scene)
     assert caught.value.diagnostics[0].code == code
+
+
+def test_what_a_library_can_do_is_not_refused():
+    household = load_library("household")
+    assert [d.code for d in unable("Open the milk and bring it to me.", household)] == ["E144"]
+    place = household.templates["place"]
+    opens = replace(place, name="uncork", verbs=("open",), words="open {target}")
+    assert not list(
+        unable(
+            "Open the milk and bring it to me.", replace(household, templates={**household.templates, "uncork": opens})
+        )
+    )
 
 
 def test_an_answer_on_which_other_goals_hang_goes_to_the_model():

@@ -1,9 +1,10 @@
-"""What a request orders in so many words, and no robot that only picks up and puts down can do: "wipe the table"."""
+"""What a request orders in so many words, and no action of the library does: "wipe the table"."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from llmbt_atl.library import Library
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic, Span
 
@@ -28,21 +29,23 @@ _OBJECT = frozenset({
 _OTHERS = frozenset({"i", "im", "ill", "we", "she", "he", "they", "weve", "ive", "who", "want", "going"})
 
 
-def unable(request: str) -> Iterator[Diagnostic]:
-    """E144 for each verb in the imperative, or after "you" and "and", that is beyond picking up and putting down, where
-    it has an object and the user is not who does it."""
+def unable(request: str, library: Library) -> Iterator[Diagnostic]:
+    """E144 for each verb in the imperative, or after "you" and "and", that neither means bringing something somewhere nor
+    is one of the library's, where it has an object and the user is not who does it."""
     line = " ".join(request.split())[:2000]
     words = tokens(line)
-    verbs = (lexicon().verbs["other"] - _CARRYING) | _MORE
+    known = {w for t in library.templates.values() for w in (*t.verbs, *t.words.split())}
+    verbs = ((lexicon().verbs["other"] - _CARRYING) | _MORE) - known
     for i, t in enumerate(words[:-1]):
         switched = t.text in {"turn", "switch"} and words[i + 1].text in {"on", "off"}
         tidied = t.text == "clean" and words[i + 1].text == "up"
         has_object = t.text in verbs and words[i + 1].text in _OBJECT and not tidied
-        if (has_object or switched) and _is_ordered(words, i):
+        if (has_object or (switched and t.text not in known)) and _is_ordered(words, i):
             shown = "".join(c if c.isprintable() else " " for c in line)
             span = Span("request", 1, t.start + 1, t.end + 1, shown)
-            title = f"the request asks to `{t.text}`, and the robot can only pick things up and put them down"
-            yield Diagnostic("E144", title, span, "cannot be done", "ask for what is to be where")
+            can = ", ".join(t.name for t in library.templates.values() if t.verbs)
+            title = f"the request asks to `{t.text}`, and nothing that the robot can do does that"
+            yield Diagnostic("E144", title, span, "cannot be done", f"it can {can}")
 
 
 def _is_ordered(words: Sequence[Token], i: int) -> bool:
