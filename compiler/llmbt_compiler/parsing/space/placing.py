@@ -61,7 +61,7 @@ class Placing(Ranking):
         )
 
     def relation(self, relation: Relation, shapes: set[Shape]) -> None:
-        if self.in_a_reason(relation):
+        if self.in_a_reason(relation) or (Shape.PLACE not in shapes and self.in_a_parenthesis(relation)):
             return
         head = self.head(relation)
         if head is not None and head.kind is not Kind.TARGET and self.walk.quiet(head):
@@ -96,6 +96,18 @@ class Placing(Ranking):
         if reason is None:
             return False
         self.put((), Extent(reason.start, self.line[name_end(self.line, relation) - 1].end))
+        return True
+
+    def in_a_parenthesis(self, relation: Relation) -> bool:
+        """ "Pick up object 4 (the green block closer to you)": said about what has been named."""
+        opened = [i for i, t in enumerate(self.line[: relation.start]) if t.text == "("]
+        if not opened or any(t.text == ")" for t in self.line[opened[-1] : relation.start]) or not opened[-1]:
+            return False
+        before = self.line[opened[-1] - 1]
+        if before.number is None or not any(p.extent.end >= before.end for p in self.clause.phrases):
+            return False
+        stop = next((t.end for t in self.line[relation.end :] if t.text == ")"), self.line[-1].end)
+        self.put((), Extent(self.line[opened[-1]].start, stop))
         return True
 
     def head(self, relation: Relation) -> Phrase | None:
