@@ -8,13 +8,20 @@ from dataclasses import dataclass, replace
 from llmbt_atl.template import Role, Template
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ledger import Entry
-from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN
+from llmbt_compiler.parsing.model import Extent
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.placing import Placing, extent_of, goal_pattern
 from llmbt_compiler.parsing.verbs import Shape, Verb, travel_template
-from llmbt_compiler.parsing.words import lexicon
+from llmbt_compiler.parsing.words import lexicon, tokens
 
 __all__ = ["Acting"]
 
+_POINTING = ("pronouns", "plural_pronouns")
+_WHITHER = frozenset({"to", "onto", "into", "towards"})
+_SOMEBODY = frozenset(
+    {"whoever", "whomever", "wherever", "where", "anyone", "anybody", "somebody", "someone", "everyone"}
+)
 _COMMAS = frozenset({"", ",", ".", ":", ">", "→", "⇒", "and", "then", "is"})
 
 
@@ -80,6 +87,9 @@ class Acting(Placing):
         if not phrases:
             self.left_out(clause, "changes no goal")
             return
+        if self.ledger.pending and self.placing() and self.with_it(clause, phrases):
+            self.bring(clause, self.placing(), Group((), phrases[:1]), ())
+            return
         slot = template.param(Role.LOCATION) or template.param(Role.DESTINATION)
         pattern = next(p for p in template.post if self.scene.library.conditions[p.name].goal)
         assert slot is not None
@@ -102,6 +112,13 @@ class Acting(Placing):
                 if self.ledger.pending:
                     self.ledger.carried = place
 
+    def with_it(self, clause: Clause, phrases: Sequence[Phrase]) -> bool:
+        """Whether what is in the hand is said to come along to somebody ("come back to me with them")."""
+        after = tokens(self.now.text, max(clause.extent.end, *(p.extent.end for p in phrases)))[:2]
+        place = self.quiet_place(phrases[0])
+        along = [t.text for t in after[:1]] == ["with"] and len(after) == 2 and lexicon().is_(after[1].text, *_POINTING)
+        return along and place is not None and place not in {ANYWHERE, ORIGIN} and self.scene[place].person
+
     def take(self, clause: Clause, template: Template, ids: Sequence[str], *, weak: bool = False) -> None:
         target = template.param(Role.TARGET)
         assert target is not None
@@ -117,6 +134,7 @@ class Acting(Placing):
     def pick(self, clause: Clause, templates: tuple[Template, ...], group: Group, excluded: tuple[Phrase, ...]) -> None:
         """A target is taken; a destination with "to" or for somebody makes it a placing."""
         lex = lexicon()
+        group = self.there(group)
         to = [p for p in (*group.destinations, *group.locations) if lex.is_(p.preposition, "onto")]
         to += [p for p in group.destinations if not p.preposition or p.preposition in _COMMAS]
         to = [p for p in to if not (p.preposition in _COMMAS and p.extent.start < clause.extent.start)]
@@ -137,9 +155,35 @@ class Acting(Placing):
         above = [p for p in group.phrases if p.kind != "Target" and lex.is_(p.relation, "hover")]
         locations = tuple(p for p in (*group.locations, *group.destinations) if p not in above)
         found = self.objects(clause, group, locations, excluded, picking=True)
+        self.told_whither(group)
         self.take(clause, templates[0], found.ids)
         for phrase in above:  # "hold it above position 21"
             self.carry_to(phrase)
+
+    def told_whither(self, group: Group) -> None:
+        """E305 where words behind the last target say to whom or where it goes, and were not understood ("take the coke
+        to whoever is at the desk"): without them it would only be picked up."""
+        after = tokens(self.now.text, max((p.extent.end for p in group.phrases), default=len(self.now.text)))[:2]
+        said = [t.text for t in after]
+        if len(after) < 2 or said[0] not in _WHITHER or any(u.start <= after[1].start < u.end for u in self.used):
+            return
+        if said[1] in _SOMEBODY or (lexicon().is_(said[1], "articles") and not after[1].owner):
+            extent = Extent(after[0].start, after[1].end)
+            self.complain(
+                "E305", f"`{extent.cut(self.now.text)} ...` names no place", extent, "where?", "name the place"
+            )
+
+    def there(self, group: Group) -> Group:
+        """ "Go to position 23, grasp the block there": the word tells where the thing is, if it is."""
+        here = tuple(p for p in group.destinations if all(lexicon().is_(t.text, "there") for t in p.parts))
+        place = self.quiet_place(here[0]) if len(here) == 1 and not here[0].preposition else None
+        if place is None or len(group.targets) != 1 or place == ANYWHERE:
+            return group
+        found = resolve_objects(group.targets[0].parts, self.scene, self.talk(), at=(place,), picking=True)
+        standing = isinstance(found, Found) and all(
+            self.scene.within(self.ledger.where.get(i), place) for i in found.ids
+        )
+        return Group(group.targets, _but(group.destinations, here), (*group.locations, *here)) if standing else group
 
     def elsewhere(self, targets: Sequence[Phrase], phrase: Phrase) -> bool:
         """Whether a phrase names a place at which none of the targets is or was."""

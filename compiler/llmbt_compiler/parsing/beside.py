@@ -22,6 +22,7 @@ _RESTRICTION = re.compile(
     re.IGNORECASE,
 )
 _PASSING = frozenset({"past", "via", "across", "along", "beyond"})
+_GREETING = frozenset({"thank", "greet", "welcome"})
 _ASIDE = ("subordinate", "except", "negation", "stative")
 
 
@@ -124,6 +125,6 @@ def in_passing(
     if [t.text for t in before[:2]] == ["back", "with"]:  # "come back with the milk"
         return False
     by = next((t.text for t in reversed(before) if not lex.is_(t.text, "articles")), "")
-    if by in _PASSING:
+    if by in _PASSING or (not ends and by in _GREETING):
         return True
     return (narrowing and inner and not marks) or told or any(lex.is_(t.text, *_ASIDE) for t in before)

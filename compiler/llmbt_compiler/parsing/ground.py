@@ -9,11 +9,13 @@ from dataclasses import dataclass, field, replace
 from itertools import dropwhile, pairwise
 
 from llmbt_atl.template import Role, Template
+from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Note, NoteKind
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.phrase import conjuncts
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, Verb, shape_of
@@ -24,6 +26,8 @@ from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 __all__ = ["Grounding", "Open", "Stop"]
 
 _LONG = 2000
+_POINTING = ("pronouns", "plural_pronouns")
+_WHOLE = frozenset({"everything", "whatever", "all", "what"})
 _VAGUE = frozenset({"position", "spot", "place", "location", "it", "stands", "is"})
 
 
@@ -42,7 +46,8 @@ class Grounding:
     `mentioned` are the objects, `around` the places that the step at hand names in words that are no keywords, `used`
     the words of it that were understood, `ordered` whether it asks for an order, `idle` whether
     the clause at hand only looks; `barred` are places that it excepts;
-    `listed` is when several objects were named together last, and which.
+    `listed` is when several objects were named together last, and which, `whole` whether as one ("everything");
+    `kind` is the noun of the place that was named last.
     """
 
     scene: Scene
@@ -62,6 +67,8 @@ class Grounding:
     approached: str | None = None
     listed: tuple[tuple[str, ...], int] = ((), -9)
     barred: set[str] = field(default_factory=set)
+    whole: bool = False
+    kind: tuple[Token, ...] = ()
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
     def __post_init__(self) -> None:
@@ -138,6 +145,8 @@ class Grounding:
             self.around,
             self.ledger.vacated,
             self.listed[0] if self.turn - self.listed[1] <= 2 else (),
+            self.whole,
+            self.ledger.leaver,
         )
 
     def of_robot(self, phrase: Phrase) -> bool:
@@ -384,6 +393,10 @@ class Grounding:
         found: list[Found] = []
         for phrase in _each(self.told_once(group.targets), self.now.text):
             self.either(phrase)
+            ordered = self.in_words(phrase, found[-1]) if found and phrase.apposed else None
+            if ordered is not None:
+                found[-1] = ordered
+                continue
             one = self.one_target(phrase, at_ids, picking, found)
             found.append(one)
         ids = tuple(dict.fromkeys(i for f in found for i in f.ids))
@@ -397,9 +410,21 @@ class Grounding:
         self.targets, self.lost, self.approached = (ids, self.turn), False, None
         if len(ids) > 1:
             self.listed = (ids, self.turn)
+        pointing = all(lexicon().is_(t.text, *_POINTING) for p in group.targets for t in p.parts)
+        self.whole = self.whole if pointing else any(t.text in _WHOLE for p in group.targets for t in p.parts)
         words = tuple(w for f in found for w in f.words)
         self.described = words or self.described
         return Found(ids, words=words)
+
+    def in_words(self, phrase: Phrase, whole: Found) -> Found | None:
+        """ "The two balls, white and orange": the things named before, in the order in which adjectives tell them."""
+        groups = conjuncts(phrase.parts)
+        said = [{t.text for t in g if not lexicon().is_(t.text, "articles")} for g in groups]
+        if len(groups) < 2 or len(groups) != len(whole.ids) or not all(w and w <= self.scene.colours for w in said):
+            return None
+        each = [[i for i in whole.ids if all(self.scene.fits(self.scene[i], w) for w in words)] for words in said]
+        ids = tuple(e[0] for e in each if len(e) == 1)
+        return replace(whole, ids=ids) if set(ids) == set(whole.ids) else None
 
     def where_to(self, phrase: Phrase, container: Phrase | None = None) -> Found:
         """The places of a destination; what follows it ("on shelf level 1") has to agree."""
@@ -409,6 +434,7 @@ class Grounding:
             return told
         if phrase.relation:
             self.relation(phrase)
+        phrase = self.with_noun(phrase)
         parts = phrase.parts
         outer = tuple(container.parts) if container is not None else ()
         inner = self.inner(phrase) if not outer else None
@@ -433,6 +459,21 @@ class Grounding:
             raise self.fault(found)
         self.told(found, phrase)
         return found
+
+    def with_noun(self, phrase: Phrase) -> Phrase:
+        """ "From the top level to the middle one", "slot 1 of rack B ... the second one": with the noun of the place
+        that was named before. What the phrase says is remembered."""
+        lex = lexicon()
+        before = [
+            s for s in self.now.spans if s.end <= phrase.extent.start and s.label in {Kind.DESTINATION, Kind.LOCATION}
+        ]
+        noun = _noun(tokens(self.now.text, before[-1].start, before[-1].end)) if before else self.kind
+        self.kind = _noun(phrase.parts) or self.kind
+        last = phrase.parts[-1]
+        ranked = any(t.text in lex.ordinals or lex.is_(t.text, "top", "bottom", "middle", "last") for t in phrase.parts)
+        if last.text != "one" or not ranked or not noun or not self.scene.word(noun[0], False).text:
+            return phrase
+        return replace(phrase, parts=(*phrase.parts[:-1], *(replace(t, start=last.start, end=last.end) for t in noun)))
 
     def place_of_thing(self, phrase: Phrase) -> Found | None:
         """The place that a phrase tells by a thing ("the level that object 3 is on"); None where it does not."""
@@ -538,6 +579,15 @@ def _each(targets: Sequence[Phrase], text: str) -> tuple[Phrase, ...]:
     if linked[:1] != ["and"] or several:
         return tuple(targets)
     return replace(first, parts=first.parts[1:]), then
+
+
+def _noun(parts: Sequence[Token]) -> tuple[Token, ...]:
+    """The noun of a place, with what it is of: "slot of rack B" of "the first slot of rack B", "level" of "level 2"."""
+    lex = lexicon()
+    lists = ("articles", "top", "bottom", "middle", "last", "vacant", "pronouns", "there")
+    kept = tuple(dropwhile(lambda t: lex.is_(t.text, *lists) or t.text in lex.ordinals, parts))
+    kept = kept[:1] if not any(t.text in {"of", "on", "in"} for t in kept) else kept
+    return kept if kept and kept[0].word and kept[0].text != "one" else ()
 
 
 def _listing(phrase: Phrase) -> bool:

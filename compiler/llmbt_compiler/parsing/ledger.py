@@ -38,7 +38,8 @@ class Ledger:
     """Standing goals, things in the hand and the last way gone, step by step.
 
     `where` follows the objects through the steps. A later move of an object replaces its earlier one; `moved` counts
-    how often that happened to each, `moves` keeps them all, `vacated` is where the last one that was taken stood.
+    how often that happened to each, `moves` keeps them all, `vacated` is where `leaver`, the last one that was taken,
+    stood.
     """
 
     where: dict[str, str | None]
@@ -52,6 +53,7 @@ class Ledger:
     notes: list[Note] = field(default_factory=list)
     moves: list[Entry] = field(default_factory=list)
     vacated: str | None = None
+    leaver: str | None = None
 
     def fork(self) -> Ledger:
         """A second ledger that goes on from here by itself."""
@@ -114,7 +116,7 @@ class Ledger:
     def _leaves(self, target: str) -> None:
         """An object is taken from where it stands: that is the place that became free last."""
         if target not in self.pending and self.where.get(target) is not None:
-            self.vacated = self.where[target]
+            self.vacated, self.leaver = self.where[target], target
 
     def free(self, entry: Entry) -> None:
         """A place is to be free: what was to be put there before is not."""

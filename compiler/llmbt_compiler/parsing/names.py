@@ -45,7 +45,8 @@ class Talk:
     picked up and not put down; `targets`, `described` and `place` belong to the last phrases, in this step or the one
     before; `lost`: the last target could not be resolved, so that "it" means nothing; `mentioned` are objects that the
     step names on the side ("after picking up the coke, bring it ..."), `around` such places; `vacated` is where the
-    thing taken last stood; `listed` are several things that were named together not long ago.
+    thing taken last stood; `listed` are several things that were named together not long ago; `whole`: the last targets
+    were named as one ("everything"); `taken` is what was taken or moved last.
     """
 
     where: Mapping[str, str | None] = field(default_factory=dict)
@@ -59,6 +60,8 @@ class Talk:
     around: tuple[str, ...] = ()
     vacated: str | None = None
     listed: tuple[str, ...] = ()
+    whole: bool = False
+    taken: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

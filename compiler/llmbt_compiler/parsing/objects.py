@@ -176,6 +176,8 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
         alike = [e for e in base if any(kind <= e.words for kind in kinds)]
         alike += [e for e in base if said_before and all(scene.fits(e, w) for w in said_before)]
         base = alike or base
+    if d.ordinal and d.bare and talk.described and not at:  # "two of the green blocks ..., the third ..."
+        base = [e for e in base if all(scene.fits(e, w) for w in talk.described)] or base
     sized = _sized(d, base, said)
     if isinstance(sized, Fault):
         return sized
@@ -219,8 +221,8 @@ def _referred(d: Description, said: str, talk: Talk) -> Found | Fault:
         return Fault("E305", f"`{said}` points to nothing named before", d.extent, "what?", "name the objects")
     if len(talk.pending) == 1 and talk.pending[0] in known:
         return Found(talk.pending)
-    if len(known) == 1:
-        return Found(known)
+    if len(known) == 1 or (known and talk.whole and known == talk.targets):
+        return Found(known)  # "take everything off the bar and put it on the table"
     if not known:
         return Fault("E305", f"`{said}` points to nothing named before", d.extent, "what?", "name the object")
     return ambiguous(d, known, said, "could be several things named before")

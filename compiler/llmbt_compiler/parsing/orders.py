@@ -186,9 +186,9 @@ class Ordering(Acting):
             self.forbidden(clause, verb)
         elif verb.is_("motion") and not things.targets:
             self.moves(clause, things)
-        elif verb.is_("removing") and things.targets and things.destinations and self.placing():
+        elif verb.is_("removing") and any(self.quiet(p) for p in things.targets) and self.placing():
             self.act(clause, Verb(verb.text, verb.lemma, self.placing()), things)  # "clear the cup off to the desk"
-        elif verb.is_("reaching") and all(self.quiet(p) for p in things.targets):
+        elif verb.is_("reaching") and all(self.quiet(p) or self.places_of(p) for p in things.targets):
             self.mention(things)
             self.left_out(clause, "changes no goal")
         else:
@@ -242,6 +242,13 @@ class Ordering(Acting):
         """ "Do the same for objects 2 and 4": as before, if the place before holds more than one thing."""
         targets = [p for p in things.phrases if not p.about("talk")]
         if not targets and self.until(clause):
+            return
+        pairs = [g for g in clause.groups if g.targets and g.destinations]
+        templates = self.last or (self.placing() if self.ledger.moves else ())
+        if len(pairs) > 1 and len(pairs) == len(clause.groups) and templates:  # "for object 5 at 22 and object 6 at 23"
+            self.note(NoteKind.INFERRED, f"as before: read as `{templates[0].name}`", clause.extent)
+            for group in pairs:
+                self.bring(clause, templates, group, ())
             return
         to = tuple(p for p in targets if not self.quiet(p) and self.places_of(p))
         if to and self.last and len(to) < len(targets):  # "repeat it for object 2 on position 12"

@@ -26,7 +26,7 @@ from llmbt_compiler.parsing.names import (
 )
 from llmbt_compiler.parsing.phrase import Description, conjuncts, describe, split_place
 from llmbt_compiler.parsing.scene import Entity, Scene, natural
-from llmbt_compiler.parsing.words import Token, lexicon
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
 __all__ = ["resolve_places"]
 
@@ -43,9 +43,6 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
     exact = exactly_named(parts, scene.places)
     if len(exact) == 1:
         return Found((exact[0].id,))
-    own = [t for t in parts[:-1] if t.owner and lexicon().is_(t.text, "users")]
-    if own and parts[-1].text in scene.generic(False) and len(scene.persons) == 1:
-        return Found((scene.persons[0].id,))  # "the user's place"
     if (
         parts[-1].text in _OWN | _SEAT
         and len(parts) > 1
@@ -60,8 +57,13 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
             return resolve_places(tuple(replace(t, owner=False) for t in parts[:-1]), scene, talk)
         if pronoun is not None and scene.persons:
             return resolve_places((replace(parts[-2], text=pronoun),), scene, talk)
+    own = [t for t in parts[:-1] if t.owner and lexicon().is_(t.text, "users")]
+    if own and parts[-1].text in scene.generic(False) and len(scene.persons) == 1:
+        return Found((scene.persons[0].id,))  # "the user's place"
     parts = (*(t for t in parts[:-1] if not (t.owner and lexicon().is_(t.text, "users"))), parts[-1])
     extent = Extent(parts[0].start, parts[-1].end)
+    if len(parts) > 1 and parts[-1].text == "there" and talk.place is not None:  # "the second position there"
+        return _nested(parts[:-1], tokens(talk.place), scene, talk)
     left = _left(parts, scene, talk)
     if left is not None:
         return left
@@ -87,6 +89,7 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
     return joined(found)
 
 
+_STEAD = frozenset({"place", "stead", "spot", "position"})
 _LEFT = frozenset({"freed", "vacated", "emptied"})
 
 
@@ -96,6 +99,12 @@ def _left(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault | N
     lex = lexicon()
     said = [t.text for t in parts]
     kinds = [w for t in parts if (w := scene.word(t, False).text)]
+    if len(said) == 2 and said[0] in {"its", "their"} and said[1] in _STEAD and talk.vacated is not None:
+        own = any(talk.where.get(i) is None or i == talk.taken for i in talk.targets)
+        if own or not talk.targets:
+            extent = Extent(parts[0].start, parts[-1].end)
+            return Fault("E305", f"`{says(parts)}`: whose, and which?", extent, "where?", "name the place")
+        return Found((talk.vacated,))  # "put object 3 in the sorting area; object 7 in its place"
     pointed = len(said) == 2 and said[0] in {"that", "this"} and said[1] in scene.generic(False)
     if pointed and talk.vacated is not None and scene.single(talk.vacated):
         here = talk.place is not None and all(scene.fits(scene[talk.place], w) for w in kinds)

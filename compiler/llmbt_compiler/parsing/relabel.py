@@ -37,6 +37,7 @@ from llmbt_compiler.parsing.together import (
     released,
     same_noun,
 )
+from llmbt_compiler.parsing.told import destined, goings, record, vice_versa
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.whereabouts import by_their_things
 from llmbt_compiler.parsing.words import lexicon, tokens
@@ -58,6 +59,10 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     called = _calls(step, scene)
     if called is not None:
         return called
+    for form in (record, vice_versa, destined, goings):
+        told = form(step, scene)
+        if told is not step:
+            return told
     told = listed(step, scene) or told_as_placing(inverted(step, scene))
     if told is not step:
         return told
@@ -76,7 +81,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
 # --- calls ----------------------------------------------------------------------------------------------------------
 
 _CALL = re.compile(r"(?:[A-Za-z]\w*\.)?(?P<verb>[A-Za-z]\w*)\s*\((?P<args>[^()]*)\)")
-_ARGUMENT = re.compile(r"(?:\w+\s*[=:]\s*)?[\"'`]?(?P<name>[^\"'`,]*[^\"'`,\s])[\"'`]?\s*")
+_ARGUMENT = re.compile(r"(?:\w+\s*[=:]\s*)?[\"'`]?(?P<name>[^\"'`,>→]*[^\"'`,>→\s=-])[\"'`]?\s*")
 _BETWEEN = re.compile(r"[\s\d;,.>→-]*(?:and|then)?[\s;,.>→-]*")
 
 
@@ -109,7 +114,7 @@ def _arguments(text: str, start: int, end: int, scene: Scene) -> Iterator[Keywor
     """Things are targets; the last place is where they go, one before it where they are."""
     names: list[tuple[int, int, bool]] = []
     at = start
-    for part in text[start:end].split(","):
+    for part in re.split(r",|>|→", text[start:end]):
         m = _ARGUMENT.search(text, at, at + len(part))
         if m is not None and m["name"].strip():
             a, b = m.span("name")
