@@ -115,7 +115,8 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
         elif t.text in _TOUCHING and any(w.text in _NOT for w in words[max(begin, i - 3) : i]):
             found = _object(words, i + 1, scene, where)
             if found:
-                yield _Kept(found, i, min(end, i + 6))
+                named = landmark(words, i + 1, scene)
+                yield _Kept(found, i, named.end if named is not None else i + 1)
             elif t.text in {"move", "moves", "moved", "budge"}:
                 subject, start = _subject(words, i, begin, line, scene, where, pointed=False)
                 yield _Kept(subject, start, i + 1)

@@ -30,7 +30,7 @@ _TELLING = frozenset({
     "sitting", "by", "over", "whichever", "nobody", "you", "i", "we",
 })  # fmt: skip
 _STANDING = frozenset({
-    "that", "which", "is", "thats", "whats", "stands", "standing", "right", "directly", "just",
+    "that", "which", "is", "are", "thats", "whats", "stands", "standing", "right", "directly", "just",
     "lies", "lying", "sits", "sitting", "currently", "now", "still",
     "located", "stored", "placed", "already", "what",
 })  # fmt: skip
