@@ -30,8 +30,8 @@ _OTHERS = frozenset({"i", "im", "ill", "we", "she", "he", "they", "weve", "ive",
 
 
 def unable(request: str, library: Library) -> Iterator[Diagnostic]:
-    """E144 for each verb in the imperative, or after "you" and "and", that neither brings something somewhere nor is one
-    of the library's, where it has an object and the user is not who does it."""
+    """E144 for each verb in the imperative, or after "you" and "and", that brings nothing anywhere and is none of
+    the library's, where it has an object and the user is not who does it."""
     line = " ".join(request.split())[:2000]
     words = tokens(line)
     known = {w for t in library.templates.values() for w in (*t.verbs, *t.words.split())}
