@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 
 from llmbt_atl.library import Library, load_library
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
+from llmbt_compiler.keywords.tagger import load_tagger
 from llmbt_compiler.parsing import LabelledStep, parse
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
@@ -27,7 +29,8 @@ from tests.parsing.labelled import steps
 CARGO = cargo_map()
 LIBRARY = load_library("cargo_sorting")
 SCENE = Scene(CARGO, LIBRARY)
-DEV = Path(__file__).parents[2] / "fixtures" / "keywords" / "dev.jsonl"
+FIXTURES = Path(__file__).parents[2] / "fixtures"
+DEV, CASES = FIXTURES / "keywords" / "dev.jsonl", FIXTURES / "parsing" / "dev.jsonl"
 
 SPELLINGS = (
     lambda s: s,
@@ -148,6 +151,22 @@ def test_numeric_order() -> None:
         "position_11",
         "position_100",
     ]
+
+
+def test_steps_with_words_lost_moved_and_mixed_break_nothing() -> None:
+    """As the tagger labels them: "start over" beside a thing once led to nothing at all to settle."""
+    cases = [json.loads(line) for line in CASES.read_text("utf-8").splitlines()]
+    texts = [s for c in cases if c["map"] == "cargo" for s in c["steps"]]
+    rng = random.Random(0)
+    broken = ["Should you drop the block, start over and place it on position 11."]
+    for _ in range(150):
+        words, others = rng.choice(texts).split(), rng.choice(texts).split()
+        at, to = rng.randrange(len(words)), rng.randrange(len(words))
+        words[at], words[to] = words[to], words[at]
+        words[at:to] = others[: rng.randrange(4)]
+        broken.append(" ".join(words))
+    for step in load_tagger().tag(broken):
+        parse([LabelledStep.of(1, step)], CARGO, LIBRARY)
 
 
 def test_steps_about_other_scenes_give_no_goal() -> None:

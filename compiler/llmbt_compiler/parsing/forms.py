@@ -8,7 +8,8 @@ import re
 from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
-from llmbt_compiler.parsing.model import LabelledStep
+from llmbt_compiler.parsing.explained import without
+from llmbt_compiler.parsing.model import Extent, LabelledStep
 from llmbt_compiler.parsing.names import Found, Talk, exactly_named
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene
@@ -168,8 +169,29 @@ _WANTS = re.compile(
 _BRINGING = frozenset({"bring", "deliver", "carry", "serve", "hand", "give", "take"})
 
 
+_ASKED = re.compile(
+    r"^\W*(?:(?:since|as|because)\s+)?(?:the\s+)?\w+(?:\s+\w+)?\s+"
+    r"(?P<what>(?:wants|wanted|needs|would\s+like|asked\s+for|asks\s+for|ordered)\b[^.;!?]{1,60}?,\s+so)\b",
+    re.IGNORECASE,
+)
+
+
+def _for_which(step: LabelledStep) -> LabelledStep:
+    """ "He asked for a snack, so deliver the chips": what was asked for is a reason where the order names a thing."""
+    m = _ASKED.match(step.text)
+    own = [s for s in step.spans if m is not None and s.label is Kind.TARGET and s.start >= m.end()]
+    if m is None or not own or all(lexicon().is_(s.text.casefold(), "pronouns") for s in own):
+        return step
+    led = any(s.label is Kind.DESTINATION and s.start >= m.end() for s in step.spans)
+    return without(step, Extent(*m.span() if led else m.span("what")))
+
+
 def wanted_by(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "The user wants the coke, so bring it over": to the user, where no other place is named."""
+    return _for_which(_to_whom(step, scene))
+
+
+def _to_whom(step: LabelledStep, scene: Scene) -> LabelledStep:
     m = _WANTS.match(step.text) if len(step.text) <= _SHORT else None
     acts = [s for s in step.spans if s.label is Kind.ACTION]
     if m is None or len(acts) != 1 or not any(w in _BRINGING for w in lemmas(acts[0].text.casefold())):

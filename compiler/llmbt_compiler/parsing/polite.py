@@ -4,6 +4,7 @@ moment"), "next to nothing"."""
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from llmbt_compiler.parsing.explained import without
 from llmbt_compiler.parsing.model import Extent, LabelledStep
@@ -25,7 +26,15 @@ _POLITE = re.compile(
 )
 
 
+_SHOULD = re.compile(r"^\W*(should)\s+(?!I\b|we\b)[^,;.!?]{2,60},", re.IGNORECASE)
+"""A condition without an "if"."""
+
+
 def outspoken(step: LabelledStep) -> LabelledStep:
-    """The step without words that say nothing."""
+    """The step without words that say nothing, its condition with an "if" ("should it fall, ..."); offsets stay."""
+    m = _SHOULD.match(step.text)
+    if m is not None:
+        a, b = m.span(1)
+        step = replace(step, text=f"{step.text[:a]}{'if':<{b - a}}{step.text[b:]}")
     m = _POLITE.search(step.text)
     return without(step, Extent(*m.span())) if m is not None else step

@@ -53,6 +53,9 @@ def related(walk: Acting, clause: Clause, start: int, end: int) -> Iterator[Clau
         yield _settled(walk, clause, start, end)
         return
     groups = tuple(part for g in _joined(clause.groups, text, start, end) for part in _apart(g, text, start, end))
+    if not groups:  # what seemed a thing or a place is a landmark
+        yield _settled(walk, clause, start, end)
+        return
     starts = [min(p.extent.start for p in g.phrases) for g in groups]
     for group, begin, stop in zip(groups, [start, *starts[1:]], [*starts[1:], end], strict=True):
         yield _settled(walk, replace(clause, groups=(group,)), begin, stop)
