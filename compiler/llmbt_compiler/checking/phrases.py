@@ -384,7 +384,9 @@ def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: di
 
 
 def _puts(words: Sequence[Token], start: int) -> bool:
-    """Whether the last verb before a phrase puts it somewhere."""
+    """Whether the last verb before a phrase puts it somewhere, and not something else next to it."""
+    if any(start - 2 < r.end <= start for r in relations(words)):
+        return False
     said = [t.text for t in words[:start] if t.text in _PUTTING or t.text in _FETCHING]
     return bool(said) and said[-1] in _PUTTING
 
