@@ -135,8 +135,11 @@ def right_goals(case: Case) -> Iterator[tuple[Request, tuple[Condition, ...]]]:
 
 def applies(world: str, cell: str, case: Case, goals: tuple[Condition, ...]) -> bool:
     """Whether what a cell is about can come about on the way to goals: physics takes a thing of the scene for it."""
-    if world == "bullet" and cell == "impossible" and all(b.movable for b in case.scene.obstacles):
-        return False
+    if world == "bullet":
+        from llmbt_runtime.bullet.disturbances import has_what_is_brought
+
+        if not has_what_is_brought(case.scene, cell):
+            return False
     domain = case.domain()
     able = applicable(domain, facts_of_map(domain, to_semantic_map(case.scene)), goals)
     return bool(able) if cell in ("two", "failures") else cell in ("none", *ATTACKS, *able)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from llmbt_atl.library import Library
+from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, span_of
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
-from llmbt_ir.diagnostics import Diagnostic, Span
+from llmbt_ir.diagnostics import Diagnostic
 
 __all__ = ["unable"]
 
@@ -21,7 +22,7 @@ _MORE = frozenset({
     "photograph", "repair", "fix", "bend", "sharpen", "dust", "decorate", "charge",
 })  # fmt: skip
 _BEFORE = frozenset({"and", "then", "please", "also", "you", "just", "pls", "first", "to"})
-_MARKS = frozenset({".", "!", "?", ";", ":", ","})
+_MARKS = ENDS | {":", ","}
 _OBJECT = frozenset({
     "the", "it", "them", "my", "a", "an", "some", "me", "us", "both", "all", "each", "every", "this", "that", "these",
     "those", "object", "objects", "one", "up", "everything", "two",
@@ -32,7 +33,7 @@ _OTHERS = frozenset({"i", "im", "ill", "we", "she", "he", "they", "weve", "ive",
 def unable(request: str, library: Library) -> Iterator[Diagnostic]:
     """E144 for each verb in the imperative, or after "you" and "and", that brings nothing anywhere and is none of
     the library's, where it has an object and the user is not who does it."""
-    line = " ".join(request.split())[:2000]
+    line = one_line(request)
     words = tokens(line)
     known = {w for t in library.templates.values() for w in (*t.verbs, *t.words.split())}
     verbs = ((lexicon().verbs["other"] - _CARRYING) | _MORE) - known
@@ -41,15 +42,13 @@ def unable(request: str, library: Library) -> Iterator[Diagnostic]:
         tidied = t.text == "clean" and words[i + 1].text == "up"
         has_object = t.text in verbs and words[i + 1].text in _OBJECT and not tidied
         if (has_object or (switched and t.text not in known)) and _is_ordered(words, i):
-            shown = "".join(c if c.isprintable() else " " for c in line)
-            span = Span("request", 1, t.start + 1, t.end + 1, shown)
             can = ", ".join(t.name for t in library.templates.values() if t.verbs)
             title = f"the request asks to `{t.text}`, and nothing that the robot can do does that"
-            yield Diagnostic("E144", title, span, "cannot be done", f"it can {can}")
+            yield Diagnostic("E144", title, span_of((t,), line), "cannot be done", f"it can {can}")
 
 
 def _is_ordered(words: Sequence[Token], i: int) -> bool:
-    begin = max((k + 1 for k in range(i) if words[k].text in {".", "!", "?", ";"}), default=0)
+    begin, _ = sentence_at(words, i)
     before = [t.text for t in words[begin:i]]
     if lexicon().function["negation"] & set(before) or lexicon().function["conditional"] & set(before):
         return False

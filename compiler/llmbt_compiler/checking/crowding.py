@@ -8,17 +8,17 @@ from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
+from llmbt_compiler.checking.sentences import ENDS, one_line, sentences, span_of
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
-from llmbt_ir.diagnostics import Diagnostic, Span
+from llmbt_ir.diagnostics import Diagnostic
 from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["too_many"]
 
-_ENDS = frozenset({".", "!", "?", ";"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "at"})
 _JOINING = frozenset({"and", ",", "&", "the", "both", "also", "plus"})
 _OTHERWISE = frozenset({
@@ -41,11 +41,11 @@ class _Named:
 def too_many(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, library: Library) -> Iterator[Diagnostic]:
     """E308 for more things than a place has positions, what stays there counted; E343 for a thing in two places."""
     scene = Scene(semantic_map, library)
-    line = " ".join(request.split())[:2000]
+    line = one_line(request)
     words = tokens(line)
     phrases = tuple(meant_objects(words, line, scene))
     yield from _full(words, line, phrases, goals, scene)
-    for begin, end in _sentences(words):
+    for begin, end in sentences(words):
         if {t.text for t in words[begin:end]} & _OTHERWISE or relations(words[begin:end]):
             continue
         named = _objects(words, begin, end, phrases, scene)
@@ -60,7 +60,7 @@ def _full(
     """ "All six blocks on level 1", which has four positions."""
     moved = {g.condition.args[0] for g in goals if g.condition.name == "On"}
     for phrase in phrases:
-        end = next((k for k in range(phrase.end, len(words)) if words[k].text in _ENDS), len(words))
+        end = next((k for k in range(phrase.end, len(words)) if words[k].text in ENDS), len(words))
         to = next((k for k in range(phrase.end, end) if words[k].text in _ONTO), None)
         place, stop = place_named(words, to + 1, scene) if to is not None else (None, end)
         if phrase.count < 2 or place is None or "and" in [t.text for t in words[stop:end]]:
@@ -70,7 +70,7 @@ def _full(
         if slots and phrase.count + len(stay) > len(slots):
             title = f"{place} has {len(slots)} positions, and the request wants {phrase.count} things there"
             label = f"{', '.join(stay)} stays there" if stay else "too many"
-            span = _span(words[phrase.start : stop], line)
+            span = span_of(words[phrase.start : stop], line)
             yield Diagnostic("E308", title, span, label, "take another place")
 
 
@@ -85,7 +85,7 @@ def _in_two(
         apart = not (scene.within(a.ids[0], b.ids[0]) or scene.within(b.ids[0], a.ids[0]))
         if a.led and "and" in between and between <= _JOINING | _ONTO and apart:
             title = f"the request contradicts itself: {named[0].ids[0]} would be in two places: {a.ids[0]}, {b.ids[0]}"
-            yield Diagnostic("E343", title, _span(words[a.start : b.end], line), "two places", "name one of them")
+            yield Diagnostic("E343", title, span_of(words[a.start : b.end], line), "two places", "name one of them")
 
 
 def _on_one(
@@ -98,13 +98,8 @@ def _on_one(
     ids = tuple(dict.fromkeys(i for n in named for i in n.ids))
     if joined and len(ids) > 1 and named[-1].end <= places[0].start and all(len(n.ids) == n.count for n in named):
         title = f"{places[0].ids[0]} takes one thing at a time, and the request wants {', '.join(ids)} there"
-        span = _span(words[named[0].start : places[0].end], line)
+        span = span_of(words[named[0].start : places[0].end], line)
         yield Diagnostic("E308", title, span, "too many", "take another place")
-
-
-def _sentences(words: Sequence[Token]) -> Iterator[tuple[int, int]]:
-    begins = [0, *(i + 1 for i, t in enumerate(words) if t.text in _ENDS), len(words)]
-    return ((a, b) for a, b in pairwise(begins) if b > a)
 
 
 def _objects(
@@ -132,8 +127,3 @@ def _led(words: Sequence[Token], start: int) -> bool:
     while k >= 0 and lexicon().is_(words[k].text, "articles"):
         k -= 1
     return k >= 0 and words[k].text in _ONTO
-
-
-def _span(parts: Sequence[Token], line: str) -> Span:
-    shown = "".join(c if c.isprintable() else " " for c in line)
-    return Span("request", 1, parts[0].start + 1, parts[-1].end + 1, shown)

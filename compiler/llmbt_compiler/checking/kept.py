@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.phrases import landmark, meant_objects
+from llmbt_compiler.checking.sentences import one_line, sentence_at, span_of
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
-from llmbt_ir.diagnostics import Diagnostic, Span
+from llmbt_ir.diagnostics import Diagnostic
 from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["moved_all_the_same"]
@@ -24,7 +25,6 @@ _TOUCHING = frozenset({"touch", "move", "moving", "touching", "moved", "touched"
 _NOT = frozenset(
     {"not", "dont", "doesnt", "never", "without", "cannot", "cant", "mustnt", "longer", "shouldnt", "wont", "isnt"}
 )
-_ENDS = frozenset({".", "!", "?", ";"})
 _LATER = frozenset({"until", "till", "if", "unless", "or", "then", "after", "afterwards", "once", "first", "when"})
 _OTHERS = frozenset({"other", "others", "rest", "remaining", "else", "everything", "nothing", "they", "everybody"})
 _IN = frozenset({"in", "on", "at", "inside"})
@@ -47,7 +47,7 @@ def moved_all_the_same(
     """E343 for each thing that is to stay by the request's words and that a goal moves, or whose place another thing is
     to have."""
     scene = Scene(semantic_map, library)
-    line = " ".join(request.split())[:2000]
+    line = one_line(request)
     words = tokens(line)
     where = {o.id: o.place for o in semantic_map.objects}
     placed = [g.condition.args for g in goals if g.condition.name == "On" and not g.condition.negated]
@@ -61,9 +61,7 @@ def moved_all_the_same(
             if gone is None and (other is None or (kept.within is not None and kept.within != here)):
                 continue
             what = f"it is to go to {gone}" if gone is not None else f"{other} is to go to {here}, where it stands"
-            extent = words[kept.start].start + 1, words[min(kept.end, len(words)) - 1].end + 1
-            shown = "".join(c if c.isprintable() else " " for c in line)
-            span = Span("request", 1, *extent, shown)
+            span = span_of(words[kept.start : kept.end], line)
             title = f"the request contradicts itself, or the reply the request: {id_} is to stay, and {what}"
             yield Diagnostic("E343", title, span, f"{id_} is to stay", "say which of the two is wanted")
 
@@ -76,7 +74,7 @@ def _wanted_there(
     if here is None or not scene.single(here):
         return None
     for place in mentions_in(words, scene):
-        begin, end = _sentence(words, place.start)
+        begin, end = sentence_at(words, place.start)
         led = place.start > begin and words[place.start - 1].text in _ONTO
         if place.id != here or not led or kept.start <= place.start <= kept.end:
             continue
@@ -96,7 +94,7 @@ def _at(place: str, allowed: str, scene: Scene) -> bool:
 
 def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str | None]) -> Iterator[_Kept]:
     for i, t in enumerate(words):
-        begin, end = _sentence(words, i)
+        begin, end = sentence_at(words, i)
         if any(w.text in _LATER for w in words[begin:end]):
             continue
         if t.text in _STAYING and not any(w.text in _NOT for w in words[max(begin, i - 3) : i]):
@@ -134,11 +132,6 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
                 yield _Kept(found, i, end, place)
             elif found and ("where" in after or "alone" in after or "untouched" in after):
                 yield _Kept(found, i, end)
-
-
-def _sentence(words: Sequence[Token], i: int) -> tuple[int, int]:
-    begin = max((k + 1 for k in range(i) if words[k].text in _ENDS), default=0)
-    return begin, next((k for k in range(i, len(words)) if words[k].text in _ENDS), len(words))
 
 
 def _place(words: Sequence[Token], at: int, end: int, scene: Scene) -> tuple[str | None, int]:

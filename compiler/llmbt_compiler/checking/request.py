@@ -13,8 +13,9 @@ from itertools import pairwise, takewhile
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
+from llmbt_compiler.checking.sentences import ENDS, one_line, sentences, span_of
 from llmbt_compiler.checking.spots import meant_places
-from llmbt_compiler.parsing import Extent, Goal, ParseResult
+from llmbt_compiler.parsing import Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
@@ -23,7 +24,7 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
-from llmbt_ir.diagnostics import Diagnostic, Severity, Span
+from llmbt_ir.diagnostics import Diagnostic, Severity
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
@@ -36,7 +37,6 @@ _LEAVING = frozenset({
 })  # fmt: skip
 _MOVING = frozenset({"move", "put", "place", "shift", "relocate", "transfer", "stow", "remove"})
 _TAKING = frozenset({"take", "bring", "get", "fetch", "give", "hand", "grab", "pick", "carry", "set"})
-_SENTENCE_ENDS = frozenset({".", "!", "?", ";", ":"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "at", "under", "inside", "towards"})
 _STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "lies", "lying", "sits", "sitting"})
 _AT = frozenset({"on", "in", "at"})
@@ -78,7 +78,7 @@ def open_points(
     name in it that the scene lacks; E143 for what it names by its number, and no goal is about; E309 where it asks for
     a relation that the goals leave open. In the order of the request."""
     scene = Scene(semantic_map, library)
-    line = " ".join(request.split())[:2000]
+    line = one_line(request)
     words = tokens(line)
     return (
         *_misplaced(words, line, parsed, scene),
@@ -105,7 +105,7 @@ def _passed_over(words: Sequence[Token], request: str, parsed: ParseResult, scen
             said = request[words[start].start : words[end - 1].end]
             title = f"the request names `{said}`, and the reply passes over it"
             yield OpenPoint(
-                Diagnostic("E143", title, _span(words[start:end], request), "no goal is about it",
+                Diagnostic("E143", title, span_of(words[start:end], request), "no goal is about it",
                            "say it again in other words, or leave it out", candidates=ids[:6])
             )  # fmt: skip
 
@@ -145,7 +145,7 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
     left_open = next((d for d in parsed.diagnostics if d.code == "W309"), None)
     asked = relations(words)
     if left_open is not None and asked:
-        span = _span(words[asked[0].start : asked[0].end], request)
+        span = span_of(words[asked[0].start : asked[0].end], request)
         place = left_open.candidates[0]
         told = replace(left_open, code="E309", severity=Severity.ERROR, span=span, help=f"is {left_open.label} right?")
         yield OpenPoint(told, place)
@@ -161,7 +161,7 @@ def _nowhere(words: Sequence[Token], request: str, goals: Sequence[Goal], scene:
     places = dict.fromkeys(c.args[1] for c in placed)
     taken = next(iter(places)) if len(placed) == 1 else None
     title = f"where is {placed[0].args[0]} to go? the reply takes {', '.join(places)} without asking"
-    span = _span(words[verbs[0] :], request)
+    span = span_of(words[verbs[0] :], request)
     yield OpenPoint(Diagnostic("E305", title, span, "no place is named", "name the place"), taken)
 
 
@@ -185,11 +185,10 @@ def _leads(words: Sequence[Token], i: int, scene: Scene) -> bool:
 
 def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """ "There is the coke, and there is the milk. Bring it to me": either may be meant, and the goals take one."""
-    begins = [0, *(i + 1 for i, t in enumerate(words) if t.text in _SENTENCE_ENDS), len(words)]
-    sentences = [(a, b) for a, b in pairwise(begins) if b - a > 1]
+    said_in = [(a, b) for a, b in sentences(words, ENDS | {":"}) if b - a > 1]
     moved = {g.condition.args[0] for g in goals if g.condition.args}
     phrases = list(meant_objects(words, request, scene))
-    for before, (a, b) in pairwise(sentences):
+    for before, (a, b) in pairwise(said_in):
         it = next(
             (i for i in range(a + 1, b) if words[i].text == "it" and words[i - 1].text in _MOVING | _TAKING), None
         )
@@ -256,7 +255,7 @@ def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene:
         if not any(scene.within(p, place) for p in there):
             told = request[words[phrase.start].start : words[stop - 1].end]
             title = f"the request names what is not there: nothing on {place} is `{told}`"
-            span = _span(words[phrase.start : stop], request)
+            span = span_of(words[phrase.start : stop], request)
             yield OpenPoint(Diagnostic("E142", title, span, "not there", "say where it is", candidates=phrase.ids))
 
 
@@ -296,12 +295,6 @@ def _is_noun(words: Sequence[Token], i: int, scene: Scene) -> bool:
 
 def _if(words: Sequence[Token], i: int) -> bool:
     return any(lexicon().is_(t.text, "conditional") for t in words[:i])
-
-
-def _span(parts: Sequence[Token], request: str) -> Span:
-    extent = Extent(parts[0].start, parts[-1].end)
-    shown = "".join(c if c.isprintable() else " " for c in request)
-    return Span("request", 1, extent.start + 1, extent.end + 1, shown if len(shown) <= 2000 else "")
 
 
 def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bool) -> bool:
@@ -345,7 +338,7 @@ def _several(
     return Diagnostic(
         "E141",
         f"`{said}` fits {len(ids)} {what}, and the reply takes {', '.join(taken)} without asking",
-        _span(parts, request),
+        span_of(parts, request),
         "which?",
         f"say which of {', '.join(ids[:6])}",
         candidates=tuple(ids),
@@ -358,7 +351,7 @@ def _too_few(parts: Sequence[Token], request: str, phrase: Meant) -> Diagnostic:
         "E142",
         f"the request names what is not there: `{said}`, and there "
         + (f"{'is' if len(phrase.ids) == 1 else 'are'} only {len(phrase.ids)} of them" if phrase.ids else "is none"),
-        _span(parts, request),
+        span_of(parts, request),
         "too few",
         f"the map has {', '.join(phrase.ids)}" if phrase.ids else "say it in other words",
         candidates=phrase.ids,
@@ -369,7 +362,7 @@ def _lacks(fault: Fault, parts: Sequence[Token], request: str) -> Diagnostic:
     return Diagnostic(
         "E142",
         f"the request names what is not there: {fault.title}",
-        _span(parts, request),
+        span_of(parts, request),
         "not in the map",
         fault.help,
         candidates=fault.candidates,

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from llmbt_compiler.checking.phrases import Meant, landmark
+from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
 from llmbt_compiler.parsing.places import resolve_places
@@ -273,8 +274,8 @@ def _needs_level(read: _Read, scene: Scene) -> bool:
 def _named_level(read: _Read, words: Sequence[Token], scene: Scene) -> str | None:
     """The container that the sentence names beside the phrase ("level 2, middle slot"); ANYWHERE where it points to one
     ("that level")."""
-    lo = max((k + 1 for k in range(read.start) if words[k].text in {".", "!", "?", ";"}), default=0)
-    hi = next((k for k in range(read.stop, len(words)) if words[k].text in {".", "!", "?", ";"}), len(words))
+    lo, _ = sentence_at(words, read.start)
+    _, hi = sentence_at(words, read.stop)
     found: dict[str, None] = {}
     for k in (*range(lo, read.start), *range(read.stop, hi)):
         if words[k].text in {"same", "that", "this"} and k + 1 < hi and words[k + 1].text in scene.vocabulary(False):

@@ -14,11 +14,12 @@ import numpy as np
 
 from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, nearest
+from llmbt_ir.scene import Scene
 from llmbt_runtime.bullet.interventions import Draw, Interventions
 from llmbt_runtime.disturbance import NAMES, DisturbanceSpec, When
 from llmbt_runtime.world import Disturbed
 
-__all__ = ["Disturber", "Moment"]
+__all__ = ["Disturber", "Moment", "has_what_is_brought"]
 
 _BROKEN_BY_TICKS = 4
 _BRING_ONE = ("obstacle_at_place", "obstacle_at_pick", "base_blocked", "impossible")
@@ -26,6 +27,12 @@ _BEFORE_A_GRASP = ("obstacle_at_pick", "object_moved", "object_taken", "base_blo
 """For a robot that drives these may come while it is on its way to the first thing."""
 _DROP_AT = (0.12, 0.32)
 _MAX_DELAY_TICKS = 12
+
+
+def has_what_is_brought(scene: Scene, name: str) -> bool:
+    """Whether a scene declares the thing that a disturbance brings in, where it brings one."""
+    movable = name != "impossible"
+    return name not in _BRING_ONE or any(b.movable is movable for b in scene.obstacles)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +90,8 @@ class Disturber:
                 close = nearest(name, (*NAMES, "none"))
                 hint = f"known: {', '.join((*NAMES, 'none'))}"
                 raise LlmbtError(Diagnostic("E064", f"unknown disturbance `{name}`", help=hint, candidates=close))
-            movable = name != "impossible"
-            if name in _BRING_ONE and not any(b.movable is movable for b in scene.obstacles):
+            if not has_what_is_brought(scene, name):
+                movable = name != "impossible"
                 what = "obstacle" if movable else "obstacle that cannot be moved"
                 hint = "declare one under <Obstacles>" + ("" if movable else ', with movable="false"')
                 title = f"scene `{scene.name}` has no {what} for `{name}`"
