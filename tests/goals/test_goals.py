@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from importlib.resources import files
 
+import jsonschema
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -188,7 +189,6 @@ def goals_by_schema():
 
 @given(goals_by_schema() | JSON)
 def test_the_schema_and_the_reader_agree(value):
-    jsonschema = pytest.importorskip("jsonschema")
     schema = json.loads((files("llmbt_compiler.goals") / "goals.schema.json").read_text("utf-8"))
     valid = jsonschema.Draft202012Validator(schema).is_valid(value)
     if not isinstance(value, dict):

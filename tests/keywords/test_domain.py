@@ -35,7 +35,6 @@ def test_the_action_is_the_head_verb_only() -> None:
 @pytest.mark.slow
 def test_a_domain_of_ones_own(tmp_path: Path) -> None:
     """`llmbt keywords train --library lab_bench.xml --extra lab_bench.jsonl`, at a quarter of its size."""
-    pytest.importorskip("torch")
     from llmbt_compiler.keywords.train import DOMAIN, train
 
     dev = EXAMPLES / "lab_bench.dev.jsonl"

@@ -9,8 +9,6 @@ import pytest
 from llmbt_compiler.keywords.evaluate import Example
 from llmbt_compiler.keywords.tagger import MODEL, OnnxTagger
 
-torch = pytest.importorskip("torch")
-
 
 @pytest.mark.slow
 def test_one_seed_gives_one_tagger_interrupted_or_not(tmp_path: Path, dev: tuple[Example, ...]) -> None:

@@ -78,8 +78,7 @@ def test_the_shipped_file_is_small_and_says_where_it_is_from() -> None:
 
 
 def test_the_shipped_graph_is_the_one_of_the_shipped_shape() -> None:
-    """Made again from the shape alone it is the same file (needs the package onnx)."""
-    pytest.importorskip("onnx")
+    """Made again from the shape alone it is the same file."""
     from llmbt_compiler.keywords.encoder import GRAPH, initializers
     from llmbt_compiler.keywords.graph import graph_of
 
