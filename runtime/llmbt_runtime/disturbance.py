@@ -11,6 +11,7 @@ from llmbt_ir.diagnostics import Diagnostic, ExitCode, LlmbtError, nearest
 from llmbt_runtime.chance import Chance
 
 __all__ = [
+    "BRING_A_THING",
     "NAMES",
     "SOLVABLE",
     "UNSOLVABLE",
@@ -38,6 +39,8 @@ SOLVABLE = (
 UNSOLVABLE = ("object_taken", "impossible")
 """Those after which a run can only end as UNSOLVABLE; they come when asked for, never by `random`."""
 NAMES = SOLVABLE + UNSOLVABLE
+BRING_A_THING = frozenset({"obstacle_at_place", "obstacle_at_pick", "base_blocked", "impossible"})
+"""Those that bring something in: what nobody can move, if `impossible`."""
 
 
 @dataclass(frozen=True, slots=True)

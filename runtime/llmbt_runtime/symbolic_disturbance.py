@@ -9,6 +9,7 @@ from llmbt_atl.state import Domain
 from llmbt_ir.condition import Condition, Facts
 from llmbt_runtime.chance import Chance
 from llmbt_runtime.disturbance import (
+    BRING_A_THING,
     DisturbanceSpec,
     When,
     can_be_filled,
@@ -23,7 +24,6 @@ from llmbt_runtime.world import TICK_S
 __all__ = ["symbolic_events"]
 
 C = Condition
-_BRING_ONE = frozenset({"obstacle_at_place", "obstacle_at_pick", "base_blocked", "impossible"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ def symbolic_events(
     obstacles = 0
     events: list[Event] = []
     for number, spec in enumerate(specs):
-        if spec.name in _BRING_ONE:
+        if spec.name in BRING_A_THING:
             obstacles += 1  # one thing is in one place
         setting = _Setting(
             domain, facts, goals, rng, spec.target, f"obstacle_{max(1, obstacles)}", spec.when is not None

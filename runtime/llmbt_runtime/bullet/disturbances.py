@@ -16,13 +16,12 @@ from llmbt_ir.condition import ActionCall, Condition, Facts
 from llmbt_ir.diagnostics import Diagnostic, LlmbtError, nearest
 from llmbt_ir.scene import Scene
 from llmbt_runtime.bullet.interventions import Draw, Interventions
-from llmbt_runtime.disturbance import NAMES, DisturbanceSpec, When
+from llmbt_runtime.disturbance import BRING_A_THING, NAMES, DisturbanceSpec, When
 from llmbt_runtime.world import Disturbed
 
 __all__ = ["Disturber", "Moment", "has_what_is_brought"]
 
 _BROKEN_BY_TICKS = 4
-_BRING_ONE = ("obstacle_at_place", "obstacle_at_pick", "base_blocked", "impossible")
 _BEFORE_A_GRASP = ("obstacle_at_pick", "object_moved", "object_taken", "base_blocked")
 """For a robot that drives these may come while it is on its way to the first thing."""
 _DROP_AT = (0.12, 0.32)
@@ -32,7 +31,7 @@ _MAX_DELAY_TICKS = 12
 def has_what_is_brought(scene: Scene, name: str) -> bool:
     """Whether a scene declares the thing that a disturbance brings in, where it brings one."""
     movable = name != "impossible"
-    return name not in _BRING_ONE or any(b.movable is movable for b in scene.obstacles)
+    return name not in BRING_A_THING or any(b.movable is movable for b in scene.obstacles)
 
 
 @dataclass(frozen=True, slots=True)
