@@ -20,6 +20,7 @@ __all__ = [
     "asked_for",
     "assured",
     "filled",
+    "left_free",
     "let_go",
     "listed",
     "made_free",
@@ -32,8 +33,10 @@ _SHORT = 300
 _SURE = r"(?:(?:please\s+)?(?:make\s+sure|ensure|see\s+to\s+it)(?:\s+that)?\s+)?"
 _MODAL = r"(?:(?:should|must|will|has to|have to|needs? to|is to|are to)\s+)?"
 _GOES = re.compile(
-    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|ends?\s+up)\s+"
-    r"(?:back\s+)?(?:on|onto|to|into|in|at)\s+(?P<place>[^,;:.]{2,80})[\s.!]*$",
+    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|ends?\s+up)"
+    r"|(?:should|must|will|has to|have to|needs? to|is to|are to)\s+(?:come|travel|move|return))\s+"
+    r"(?:(?:back|down|up|over|out|across)\s+)*(?:on|onto|to|into|in|at)\s+"
+    r"(?P<place>[^,;:.]{2,80}?)(?=\s+(?:except|apart\s+from|with\s+the\s+exception)\b|[\s.!]*$)",
     re.IGNORECASE,
 )
 _IS_GIVEN = re.compile(
@@ -268,21 +271,43 @@ _FILLING = frozenset(
 )
 
 
+_LEFT_FREE = re.compile(
+    r"(?:(?:now\s+|newly\s+)?(?:vacated|emptied|freed|empty|vacant|free)\s+\w+"
+    r"|\w+\s+(?:that|which)\s+(?:(?:this|that|it)\s+)?(?:leaves|left|has\s+(?:become|been\s+left)|became|is\s+(?:now|left))\s+"
+    r"(?:empty|free|vacant))\b",
+    re.IGNORECASE,
+)
+
+
+def left_free(step: LabelledStep) -> LabelledStep:
+    """ "In the position that has become free": the destination with the words that tell which it is."""
+
+    def whole(s: KeywordSpan) -> KeywordSpan:
+        m = _LEFT_FREE.match(step.text, s.start) if s.label is Kind.DESTINATION else None
+        if m is None or m.end() <= s.end or any(s.end <= o.start < m.end() for o in step.spans):
+            return s
+        return replace(s, end=m.end(), text=step.text[s.start : m.end()])
+
+    return replace(step, spans=tuple(whole(s) for s in step.spans))
+
+
 def filled(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "Fill slot 2 with crate A": the place is no target, and what follows "with" is."""
     for verb, place in zip(step.spans, step.spans[1:], strict=False):
         fills = verb.label is Kind.ACTION and any(w in _FILLING for w in lemmas(verb.text.casefold()))
         named = tokens(step.text, place.start, place.end) if fills and place.label is not Kind.ACTION else ()
-        if not named or len(exactly_named(named, scene.places)) != 1:
+        left = _LEFT_FREE.match(step.text, place.start) if named and scene.word(named[-1], False).text else None
+        end = left.end() if left is not None else place.end
+        m = re.match(r"\s+with\s+(?:the\s+)?(?P<thing>[^,;:.!]{1,60})", step.text[end:], re.IGNORECASE)
+        if m is None or not (left is not None or len(exactly_named(named, scene.places)) == 1):
             continue
-        m = re.match(r"\s+with\s+(?:the\s+)?(?P<thing>[^,;:.!]{1,60})", step.text[place.end :], re.IGNORECASE)
-        if m is None:
-            continue
-        a, b = place.end + m.start("thing"), place.end + m.end("thing")
+        a, b = end + m.start("thing"), end + m.end("thing")
         if any(s.label is Kind.ACTION and a <= s.start < b for s in step.spans):
             continue
-        kept = [s for s in step.spans if s not in {verb, place} and not (s.start < b and a < s.end)]
-        kept += [replace(place, label=Kind.DESTINATION), KeywordSpan(a, b, Kind.TARGET, step.text[a:b])]
+        kept = [s for s in step.spans if (s.end <= place.start or b <= s.start) and s != verb]
+        kept.append(replace(verb, text="put"))
+        kept.append(replace(place, label=Kind.DESTINATION, end=end, text=step.text[place.start : end]))
+        kept.append(KeywordSpan(a, b, Kind.TARGET, step.text[a:b]))
         return replace(step, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
     return step
 

@@ -16,6 +16,7 @@ from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses, extents
 from llmbt_compiler.parsing.explained import explanation, without
+from llmbt_compiler.parsing.frames import among
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.headings import headed
 from llmbt_compiler.parsing.lacking import lacking
@@ -170,6 +171,11 @@ class _Walker(Ordering):
         self.mentioned, self.used = mentioned(step, self.scene, self.scene.objects), []
         self.around = mentioned(step, self.scene, self.scene.places)
         self.ordered = arrangement(step.text) is not None
+        chosen = among(step, self.scene)
+        self.among = chosen[0] if chosen is not None else ()
+        if chosen is not None:
+            step = replace(step, spans=tuple(s for s in step.spans if s.start >= chosen[1].end))
+            self.used.append(chosen[1])
         under = headed(step, self.scene)
         if under is not None:
             step, place, extent = under
