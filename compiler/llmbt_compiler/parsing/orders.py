@@ -83,10 +83,16 @@ class Ordering(Acting):
             for p in (*things.destinations, *things.locations)
         ):
             self.unknown_action(clause, verb)  # "parcel 21 should leave slot B3"
-        elif verb.templates:
+        elif verb.templates and not self.of_itself(verb, things):
             self.act(clause, verb, things)
         else:
             self.without_template(clause, verb, things)
+
+    def of_itself(self, verb: Verb, things: Group) -> bool:
+        """Whether a verb that may also be said of a thing is said of the robot: "rest a while", "stand by"."""
+        if things.targets or not verb.is_("idle", "own") or verb.is_("leaving"):
+            return False
+        return "_" in verb.lemma or not (self.ledger.pending and things.destinations)
 
     def idiom(self, clause: Clause) -> bool:
         """ "Take a look", "have a break": the noun tells what is done. "Do nothing with the apple"."""
