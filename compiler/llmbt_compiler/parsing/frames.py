@@ -56,7 +56,7 @@ _CHAIN = frozenset({
 _BE = frozenset({"be", "get", "gets"})
 _WISHING = frozenset({
     "want", "wish", "desire", "ask", "request", "demand", "insist", "like", "need", "order", "command", "prefer",
-    "propose", "suggest", "recommend", "require", "see", "have", "decide", "instruct", "advise", "hope", "expect", "beg",
+    "propose", "suggest", "recommend", "require", "see", "have", "decide", "instruct", "advise", "expect",
 })  # fmt: skip
 _DONE = frozenset({"left", "put", "set", "brought", "sent", "laid", "taken", "swept", "stood", "given"})
 _BREAK = frozenset(
