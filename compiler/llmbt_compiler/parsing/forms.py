@@ -12,6 +12,7 @@ from llmbt_compiler.parsing.explained import without
 from llmbt_compiler.parsing.model import Extent, LabelledStep
 from llmbt_compiler.parsing.names import Found, Talk, exactly_named
 from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of
 from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
@@ -49,7 +50,17 @@ _COLON = re.compile(
     re.IGNORECASE,
 )
 _THERE = re.compile(
-    rf"\W*(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:also\s+)?(?:go|goes|belongs?)\s+(?P<place>there)\b(?:\s+(?:too|as\s+well|also))?[\s.!]*$",
+    rf"\W*(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:also\s+)?(?:go|goes|belongs?)\s+(?P<place>there)\b(?:\s+(?:too|as\s+well|also|instead))?[\s.!]*$",
+    re.IGNORECASE,
+)
+_BE_ON = re.compile(
+    rf"\W*{_SURE}(?P<thing>[^;:.]{{2,80}}?),?\s+(?:should|must|shall|has\s+to|have\s+to|needs?\s+to|is\s+to|are\s+to|ought\s+to)"
+    r"\s+(?:then\s+|now\s+)?(?:be|sit|stand|lie|rest)(?:\s+(?:lying|standing|sitting))?\s+"
+    r"(?:on|in|at|inside)\s+(?P<place>[^,;:.]{2,60}?)(?:\s+(?:later|now|then|afterwards|please|instead))?[\s.!]*$",
+    re.IGNORECASE,
+)
+_TAKES = re.compile(
+    rf"\W*(?:(?:now|then)\s+)?(?P<thing>[^,;:.]{{2,60}}?)\s+{_MODAL}(?:then\s+|now\s+)?takes?\s+(?P<place>its\s+(?:place|spot|position|slot))[\s.!]*$",
     re.IGNORECASE,
 )
 _HEADED = re.compile(r"^\W*(?P<place>[^,;:.]{2,40}?)\s*:\s*(?P<things>[^:;]{2,200}?)[\s.!]*$")
@@ -85,7 +96,7 @@ def _listed(text: str, start: int, end: int, scene: Scene) -> list[KeywordSpan] 
     return spans
 
 
-def told_as_placing(step: LabelledStep) -> LabelledStep:
+def told_as_placing(step: LabelledStep, scene: Scene) -> LabelledStep:
     """A step that says where a thing goes without telling anybody to put it there ("object 1 goes to position 11",
     "position 21 gets object 3", "object 3: position 22"): its thing as target and its place as destination."""
     text = step.text
@@ -93,11 +104,13 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
         return step
     taken = {s.label for s in step.spans}
     lead = _LEAD.match(text) or _titled(step)
-    for pattern in (_GOES, _THERE, _IS_GIVEN, _COLON):
+    for pattern in (_GOES, _BE_ON, _THERE, _TAKES, _IS_GIVEN, _COLON):
         m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
         if m is None or _ROBOT.match(m["thing"]):
             continue
         named = [m.span("thing"), m.span("place")]
+        if pattern is _BE_ON and not _both_known(step, scene, *named):
+            continue
         if any(s.label is Kind.ACTION and any(a <= s.start < b for a, b in named) for s in step.spans):
             continue
         if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
@@ -108,6 +121,12 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
         spans = tuple(KeywordSpan(a, b, label, text[a:b]) for a, b, label in sorted(ends, key=lambda e: e[:2]))
         return replace(step, spans=spans, readings=())
     return step
+
+
+def _both_known(step: LabelledStep, scene: Scene, thing: tuple[int, int], place: tuple[int, int]) -> bool:
+    things = resolve_objects(tokens(step.text, *thing), scene, Talk({o.id: o.place for o in scene.map.objects}))
+    there = resolve_places(tokens(step.text, *place), scene, Talk())
+    return isinstance(things, Found) and isinstance(there, Found) and not things.corrected and not there.corrected
 
 
 def _titled(step: LabelledStep) -> re.Match[str] | None:
@@ -272,6 +291,8 @@ _FILLING = frozenset(
 
 
 _LEFT_FREE = re.compile(
+    r"\w+\s+(?:(?:that|which)\s+)?(?:it|this|that)\s+(?:leaves|left|has\s+left|vacates|vacated|frees|freed)"
+    r"(?:\s+(?:behind|empty|free|vacant))?\b|"
     r"(?:(?:now\s+|newly\s+)?(?:vacated|emptied|freed|empty|vacant|free)\s+\w+"
     r"|\w+\s+(?:that|which)\s+(?:(?:this|that|it)\s+)?(?:leaves|left|has\s+(?:become|been\s+left)|became|is\s+(?:now|left))\s+"
     r"(?:empty|free|vacant))\b",

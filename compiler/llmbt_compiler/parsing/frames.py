@@ -201,6 +201,7 @@ _CELLS = re.compile(
     r"(?P<place>[^|]{1,40}?)\s*\|?\s*",
     re.IGNORECASE,
 )
+_COMMA = re.compile(r",\s*(?:and\s+)?|\s+and\s+", re.IGNORECASE)
 _ONE_OF = re.compile(
     r"(?:the\s+)?(?:one|former|latter|other)|the\s+\w+\s+one|the\s+(?:first|second|third)", re.IGNORECASE
 )
@@ -218,15 +219,15 @@ def tabled(step: LabelledStep, scene: Scene) -> LabelledStep | None:
     several = [s for s in step.spans if s.label is Kind.TARGET and s.end <= begin and not _points(s)]
     if any(lexicon().is_(t.text, *_NOT) for t in tokens(m["head"] or "")):
         return None
-    mark = next((k for k in (";", "\n") if k in m["rows"]), ",")
+    mark = next((re.compile(k) for k in (";", "\n") if k in m["rows"]), _COMMA)
     spans: list[KeywordSpan] = []
     noun: tuple[Token, ...] = ()
-    start = begin
-    for row in m["rows"].split(mark):
-        cells = _CELLS.fullmatch(row)
+    edges = [begin, *(begin + e for c in mark.finditer(m["rows"]) for e in c.span()), begin + len(m["rows"])]
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        cells = _CELLS.fullmatch(step.text, start, end)
         if cells is None:
             return None
-        thing, place = ((start + a, start + b) for a, b in (cells.span("thing"), cells.span("place")))
+        thing, place = cells.span("thing"), cells.span("place")
         parts = tokens(step.text, *place)
         short = len(parts) == 1 and parts[0].digits
         noun = noun if short else parts[:-1]
@@ -235,7 +236,6 @@ def tabled(step: LabelledStep, scene: Scene) -> LabelledStep | None:
             return None
         spans.append(KeywordSpan(*thing, Kind.TARGET, step.text[thing[0] : thing[1]]))
         spans.append(KeywordSpan(*place, Kind.DESTINATION, step.text[place[0] : place[1]]))
-        start += len(row) + len(mark)
     head = [s for s in step.spans if several and s.end <= begin]
     return replace(step, spans=(*head, *spans), readings=()) if len(spans) > 2 else None
 
@@ -248,7 +248,7 @@ def _points(span: KeywordSpan) -> bool:
 
 _AGAIN = re.compile(
     r"\s*[,(\u2013\u2014-]?\s*\b(?P<link>i\.\s?e\.?|ie|that\s+is(?:\s+to\s+say)?|in\s+other\s+words|namely|viz\.?|aka|"
-    r"also\s+known\s+as|meaning|or\s+rather)(?:,|:)?\s+(?P<name>(?:the\s+)?[^,;:.()\u2013\u2014]{1,40}?)\s*(?P<close>[,)\u2013\u2014]|(?=[.;:!]|$))",
+    r"also\s+known\s+as|meaning|I\s+mean|or\s+rather)(?:,|:)?\s+(?P<name>(?:the\s+)?[^,;:.()\u2013\u2014]{1,40}?)\s*(?P<close>[,)\u2013\u2014]|(?=[.;:!]|$))",
     re.IGNORECASE,
 )
 
@@ -286,7 +286,7 @@ def renamed(step: LabelledStep, scene: Scene) -> LabelledStep:
 # --- several things -------------------------------------------------------------------------------------------------
 
 _AMONG = re.compile(
-    r"^\W*(?:out\s+)?(?:of|from|among|amongst|between)\s+(?:all\s+)?(?P<set>(?:the|these|those)\s+[^,;:.]{2,50}),\s",
+    r"^\W*(?:there\s+are\s+(?P<there>[^,;:.]{2,50})[,;.]\s|(?:out\s+)?(?:of|from|among|amongst|between)\s+(?:all\s+)?(?P<set>(?:the|these|those)\s+[^,;:.]{2,50}),\s)",
     re.IGNORECASE,
 )
 
@@ -294,7 +294,7 @@ _AMONG = re.compile(
 def among(step: LabelledStep, scene: Scene) -> tuple[tuple[str, ...], Extent] | None:
     """ "Of the two balls, place the smaller one ...": what is chosen from, and where that is said."""
     m = _AMONG.match(step.text) if len(step.text) <= _SHORT else None
-    found = _things(tokens(step.text, *m.span("set")), scene) if m is not None else None
+    found = _things(tokens(step.text, *m.span("there" if m["there"] else "set")), scene) if m is not None else None
     return (found.ids, Extent(0, m.end())) if m is not None and found is not None and len(found.ids) > 1 else None
 
 
@@ -350,8 +350,14 @@ _ONE_EACH = re.compile(
 )
 
 
+_ALL_OF_THEM = re.compile(r",\s*(?:both|all(?:\s+\w+)?)\s+of\s+(?:them|these|those)\s*,", re.IGNORECASE)
+
+
 def one_each(step: LabelledStep) -> LabelledStep:
     """ "Put the two balls on level 1, one in each free position": how places are filled anyway."""
+    all_ = _ALL_OF_THEM.search(step.text) if len(step.text) <= _SHORT else None
+    if all_ is not None and any(s.label is Kind.TARGET and s.end == all_.start() for s in step.spans):
+        step = without(step, Extent(*all_.span()))
     m = _ONE_EACH.search(step.text) if len(step.text) <= _SHORT else None
     if m is None or not any(s.label is Kind.DESTINATION and s.end <= m.start() for s in step.spans):
         return step
@@ -363,7 +369,7 @@ def trimmed(step: LabelledStep) -> LabelledStep:
 
     def trim(s: KeywordSpan) -> KeywordSpan:
         parts = tokens(step.text, s.start, s.end) if s.label is Kind.TARGET else ()
-        if len(parts) < 2 or parts[-1].text not in {"both", "each", "too"}:
+        if len(parts) < 2 or parts[-1].text not in {"both", "each", "too", "likewise"}:
             return s
         return replace(s, end=parts[-2].end, text=step.text[s.start : parts[-2].end])
 

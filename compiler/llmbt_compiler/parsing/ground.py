@@ -48,7 +48,7 @@ class Grounding:
     the clause at hand only looks; `barred` are places that it excepts;
     `listed` is when several objects were named together last, and which, `whole` whether as one ("everything");
     `kind` is the noun of the place that was named last, `taken_off` where a thing was said to be, and when;
-    `among` are the things that the step says it chooses from.
+    `among` are the things that the step says it chooses from, `spared` those that it leaves out at its beginning.
     """
 
     scene: Scene
@@ -71,6 +71,7 @@ class Grounding:
     whole: bool = False
     kind: tuple[Token, ...] = ()
     among: tuple[str, ...] = ()
+    spared: tuple[str, ...] = ()
     taken_off: tuple[str | None, int] = (None, -9)
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
@@ -418,6 +419,7 @@ class Grounding:
         without = [i for p in excluded for i in self.find(p).ids]
         if clause.exception:
             without += self.exception(clause)
+        without += self.spared if set(self.spared) < set(ids) else ()
         ids = tuple(i for i in ids if i not in without)
         if not ids:
             self.complain("E305", "no object is left to act on", clause.extent, "what?")

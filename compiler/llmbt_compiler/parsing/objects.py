@@ -74,6 +74,9 @@ _BESIDES = frozenset(
 
 def _standing_at(parts: Sequence[Token]) -> Sequence[Token]:
     """ "The block that is currently on position 22", "... that occupies position 22": the block on position 22."""
+    if parts and parts[0].text == "whatever":  # "whatever you find on the table"
+        at = next((i for i, t in enumerate(parts[:6]) if lexicon().is_(t.text, "at", "from")), 1)
+        parts = (parts[0], *parts[at:])
     for i, t in enumerate(parts):
         j = i + 1 if t.text in {"that", "which"} and i else i
         while j > i and j < len(parts) - 1 and parts[j].text in _BESIDES:
@@ -83,8 +86,7 @@ def _standing_at(parts: Sequence[Token]) -> Sequence[Token]:
         bare = i and t.text in {"left", "remaining"} and i < len(parts) - 2  # "everything left in the tray"
         if bare and lexicon().is_(parts[i + 1].text, "at", "from"):
             return (*parts[:i], *parts[i + 1 :])
-        whatever = i == 1 and parts[0].text == "whatever"
-        if (j == i and not whatever) or j >= len(parts) or parts[j].text not in _STANDS:
+        if j == i or j >= len(parts) or parts[j].text not in _STANDS:
             continue
         j += 1
         while j < len(parts) and parts[j].text in _BESIDES:
@@ -98,6 +100,9 @@ def _content(parts: Sequence[Token], scene: Scene) -> Sequence[Token]:
     """ "Carton of milk" is the milk, where the map knows no carton; "the set of green blocks" is these blocks."""
     lex = lexicon()
     for i, t in enumerate(parts[:-1]):
+        if t.owner and parts[i + 1].text in {"content", "contents"} and i + 2 == len(parts):
+            whole, at = replace(parts[0], text="everything", owner=False), replace(parts[0], text="on", owner=False)
+            return (whole, at, *parts[:i], replace(t, owner=False))  # "the pallet's contents"
         if t.text in {"content", "contents"} and parts[i + 1].text == "of" and i + 2 < len(parts):
             whole, at = replace(t, text="everything", start=parts[0].start), replace(parts[i + 1], text="on")
             return (whole, at, *parts[i + 2 :])  # "the whole contents of the tray"

@@ -91,6 +91,7 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
 
 _STEAD = frozenset({"place", "stead", "spot", "position"})
 _BECOMING = frozenset({"now", "newly", "leaves", "left", "become", "becomes", "became"})
+_LEAVING = frozenset({"leaves", "left", "vacates", "vacated", "frees", "freed"})
 _LEFT = frozenset({"freed", "vacated", "emptied"})
 
 
@@ -117,6 +118,7 @@ def _left(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault | N
         or {"that", "leaves"} <= set(said)
         or any(a in _BECOMING and lex.is_(b, "vacant") for a, b in pairwise(said))
     )
+    freed = freed or any(a in {"it", "this", "that"} and b in _LEAVING for a, b in pairwise(said))
     if not freed:
         return None
     if (

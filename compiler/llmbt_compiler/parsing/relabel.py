@@ -70,7 +70,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
         told = form(step, scene)
         if told is not step:
             return told
-    told = listed(step, scene) or told_as_placing(inverted(step, scene))
+    told = listed(step, scene) or told_as_placing(inverted(step, scene), scene)
     if told is not step:
         return told
     step = let_go(

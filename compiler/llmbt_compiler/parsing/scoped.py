@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
-from llmbt_compiler.parsing.model import LabelledStep
+from llmbt_compiler.parsing.model import Extent, LabelledStep
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.phrase import excepts
@@ -16,7 +16,7 @@ from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token, lexicon, singulars, tokens
 
-__all__ = ["scoped"]
+__all__ = ["left_out_first", "scoped"]
 
 _SHORT = 300
 _WHOLE = frozenset({"everything", "whatever", "anything"})
@@ -27,6 +27,7 @@ _STANDS = frozenset({
 })  # fmt: skip
 _AT = frozenset({"on", "in", "at", "inside", "upon", "from", "off"})
 _ENDS = frozenset({"on", "in", "at", "inside", "onto", "into", "to", "from", ".", ";", ":"})
+_FOUND = frozenset({"you", "find", "see", "there", "happens", "to", "be"})
 _BUT = frozenset({"save", "excluding", "excepting", "barring", "except"})
 _MOST = 12
 
@@ -43,7 +44,8 @@ def scoped(step: LabelledStep, scene: Scene) -> LabelledStep:
             continue
         at, relative = _standing(line, end, scene, told=line[i].text == "whatever")
         out = _leaving_out(line, at or end, scene)
-        if at and not relative and not (out and _goes_on(line, out, scene)):
+        off = {"off", "from"} & {t.text for t in line[end : end + 2]}
+        if at and not relative and not (out and (off or _goes_on(line, out, scene))):
             continue
         if not (at or out):
             continue
@@ -75,6 +77,8 @@ def _whole(line: Sequence[Token], i: int, scene: Scene) -> int:
         if not own & set(singulars(line[j].text)) and line[j].text not in lex.sizes:
             break
         j += 1
+    if j == begin == i + 1 and quantified and excepts(line, j):
+        return j  # "all but the white ball"
     plural = j > begin and line[j - 1].text.endswith("s") and scene.word(line[j - 1], True).plural
     return j if j > begin and (plural or quantified) else 0
 
@@ -84,6 +88,8 @@ def _standing(line: Sequence[Token], j: int, scene: Scene, *, told: bool) -> tup
     (`told`: as behind "whatever")."""
     begin = j
     if j < len(line) and line[j].text in _RELATIVE:
+        j += 1
+    while told and j < len(line) and line[j].text in _FOUND:
         j += 1
     relative = told or j > begin or (j < len(line) and line[j].text in {"standing", "sitting", "lying", "left"})
     while j < len(line) and line[j].text in _STANDS:
@@ -127,6 +133,21 @@ def _leaving_out(line: Sequence[Token], j: int, scene: Scene) -> int:
             closed = j + n < len(line) and line[j + n].text == ","
             return j + n + closed if closed and _goes_on(line, j + n, scene) else j + n
     return 0
+
+
+def left_out_first(step: LabelledStep, scene: Scene) -> tuple[tuple[str, ...], Extent] | None:
+    """ "Apart from the tea, everything on the bar goes to the table": what is left out, and where that is said."""
+    line = tokens(step.text) if len(step.text) <= _SHORT else ()
+    size = excepts(line, 0) if line and line[0].text not in _RELATIVE | _STANDS | {"without", "but"} else 0
+    comma = next((i for i, t in enumerate(line) if t.text == ","), 0)
+    if not size or comma <= size:
+        return None
+    where = Talk({o.id: o.place for o in scene.map.objects})
+    for k in [i for i in range(len(line) - 1, size, -1) if line[i].text == ","]:
+        found = resolve_objects(line[size:k], scene, where)
+        if isinstance(found, Found) and not found.corrected and not found.chosen:
+            return found.ids, Extent(0, line[k].end)
+    return None
 
 
 def _goes_on(line: Sequence[Token], j: int, scene: Scene) -> bool:

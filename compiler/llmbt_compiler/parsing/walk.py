@@ -29,6 +29,7 @@ from llmbt_compiler.parsing.orders import Ordering
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.scoped import left_out_first
 from llmbt_compiler.parsing.space import arrangement, certainty, related
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
@@ -44,6 +45,10 @@ THRESHOLD = 0.5
 _OFTEN = 3
 """An object that is moved again so often is told of."""
 _MOST = 500
+_GOING = frozenset({
+    "goes", "go", "takes", "take", "comes", "come", "joins", "join", "belongs", "follows", "replaces", "moves",
+    "should", "shall", "must", "ought", "likewise", "too",
+})  # fmt: skip
 _LONGEST = 10_000
 
 
@@ -165,6 +170,10 @@ class _Walker(Ordering):
         if certainty(step) < self.threshold and step.spans:
             self.unsure(step)
             return
+        spared = left_out_first(step, self.scene)
+        self.spared = spared[0] if spared is not None else ()
+        if spared is not None:
+            step = without(step, spared[1])
         step = relabelled(step, self.scene)
         if step.text != self.now.text:
             self.now = replace(self.now, text=step.text)
@@ -187,7 +196,7 @@ class _Walker(Ordering):
         forbidden = any(lexicon().is_(w, "negation") for w in told - {"instead"}) and told.isdisjoint(
             {"but", "instead", "rather"}
         )
-        if not found and not forbidden and self.names_both(step):
+        if not found and not forbidden and (self.names_both(step) or self.names_mover(step)):
             self.complain("E305", "no action is named", whole, "do what?", "begin the step with a verb")
             return
         if not found:
@@ -250,6 +259,12 @@ class _Walker(Ordering):
         return any(isinstance(resolve_objects(p, self.scene, quiet), Found) for p in pairs) and any(
             isinstance(resolve_places(p, self.scene, quiet), Found) for p in pairs
         )
+
+    def names_mover(self, step: LabelledStep) -> bool:
+        """Whether a step without keywords begins with a thing and says that it goes or is to go somewhere."""
+        parts = tokens(step.text)
+        at = next((i for i, t in enumerate(parts[:8]) if t.text in _GOING), 0)
+        return at > 0 and isinstance(resolve_objects(parts[:at], self.scene, Talk()), Found)
 
     def orders_within(self, text: str, start: int, end: int) -> bool:
         """Whether behind a comma or an "and" of these words a verb of the library stands: an order that was missed."""
