@@ -216,7 +216,8 @@ def tabled(step: LabelledStep, scene: Scene) -> LabelledStep | None:
     if m is None or not (m["head"] or "|" in m["rows"]):
         return None
     begin = at + m.start("rows")
-    several = [s for s in step.spans if s.label is Kind.TARGET and s.end <= begin and not _points(s)]
+    said = [s for s in step.spans if s.label is Kind.TARGET and s.end <= begin and not _points(s)]
+    several = [s for s in said if _things(tokens(step.text, s.start, s.end), scene) is not None]
     if any(lexicon().is_(t.text, *_NOT) for t in tokens(m["head"] or "")):
         return None
     mark = next((re.compile(k) for k in (";", "\n") if k in m["rows"]), _COMMA)
