@@ -144,6 +144,11 @@ class Acting(Placing):
             rest = tuple(p for p in (*group.locations, *group.destinations) if p not in to)
             self.bring(clause, self.placing(), Group(group.targets, tuple(to), rest), excluded)
             return
+        gathered = [p for p in group.locations if lex.is_(p.preposition, "at") and self.gathers(group.targets, p)]
+        if gathered and not to and self.placing():  # "gather all cubes in the sorting area"
+            rest = tuple(p for p in group.locations if p not in gathered)
+            self.bring(clause, self.placing(), Group(group.targets, tuple(gathered), rest), excluded)
+            return
         behind = self.missed(clause, group) if self.placing() and not to else None
         if behind is not None and lex.is_(behind.preposition, "onto") and group.targets:
             self.bring(clause, self.placing(), replace(group, destinations=(behind,)), excluded)
@@ -159,6 +164,14 @@ class Acting(Placing):
         self.take(clause, templates[0], found.ids)
         for phrase in above:  # "hold it above position 21"
             self.carry_to(phrase)
+
+    def gathers(self, targets: Sequence[Phrase], phrase: Phrase) -> bool:
+        """Whether all of some things are spoken of, and none of them is at the place that a phrase names."""
+        place = self.quiet_place(phrase) if not phrase.relation else None
+        if place is None or place in {ANYWHERE, ORIGIN} or not all(p.about("all") or p.about("both") for p in targets):
+            return False
+        ids = [i for p in targets for i in self.quiet(p)]
+        return len(ids) > 1 and not any(self.scene.within(self.ledger.where.get(i), place) for i in ids)
 
     def told_whither(self, group: Group) -> None:
         """E305 where words behind the last target say to whom or where it goes, and were not understood ("take the coke

@@ -32,6 +32,7 @@ _WISHED = frozenset(
 _NO_NAME = frozenset({"to", "do", "dont", "not", "any"})
 _MARKUP = frozenset("*`\"“”'‘’")
 _TRAIL = 6
+_APART = frozenset({"apart", "aside", "save", "with", "excepting", "barring"})
 _STANDING = frozenset(
     {
         "that",
@@ -331,14 +332,15 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
     lex = lexicon()
     start = action.start if action is not None else end
     lead = [t for t in text.all if begin <= t.start and t.end <= start and not text.covered(t)]
-    tail = [t for t in text.all if action and action.end <= t.start and t.end <= end and not text.covered(t)]
+    begun = action.end if action is not None else spans[-1].end
+    tail = [t for t in text.all if begun <= t.start and t.end <= end and not text.covered(t)]
     own = lead[1:] if begin and lead and lex.is_(lead[0].text, "conditional") else lead
     own = [*own, *tail] if end == len(text.step.text) else own
     wished = any(t.text in _WISHED for t in lead)
     conditional = (any(_conditional(a, b) for a, b in pairwise([*own, None])) and not wished) or _in_case(lead)
     conditional &= not {"unless", "already"} <= {t.text for t in own}  # a goal that holds already costs nothing
-    excepted = [i for i, t in enumerate(tail) if lex.is_(t.text, "except")]
-    exception = tuple(tail[excepted[0] + 1 :]) if excepted else ()
+    excepted = [i + max(1, excepts(tail, i)) for i, t in enumerate(tail) if _excepted(tail, i)]
+    exception = tuple(tail[excepted[0] :]) if excepted else ()
     if any(p.excluded for p in phrases):
         exception = ()
     return Clause(
@@ -351,6 +353,11 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
         conditional,
         exception,
     )
+
+
+def _excepted(tail: Sequence[Token], i: int) -> bool:
+    """Whether words behind the keywords begin what is left out: "except for", "apart from"."""
+    return lexicon().is_(tail[i].text, "except") or (excepts(tail, i) > 1 and tail[i].text in _APART)
 
 
 def _after_verb(phrase: Phrase, action: KeywordSpan | None) -> Phrase:

@@ -22,6 +22,7 @@ __all__ = [
     "asked_for",
     "assured",
     "filled",
+    "left_free",
     "let_go",
     "listed",
     "made_free",
@@ -34,8 +35,10 @@ _SHORT = 300
 _SURE = r"(?:(?:please\s+)?(?:make\s+sure|ensure|see\s+to\s+it)(?:\s+that)?\s+)?"
 _MODAL = r"(?:(?:should|must|will|has to|have to|needs? to|is to|are to)\s+)?"
 _GOES = re.compile(
-    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|ends?\s+up)\s+"
-    r"(?:back\s+)?(?:on|onto|to|into|in|at)\s+(?P<place>[^,;:.]{2,80})[\s.!]*$",
+    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|ends?\s+up)"
+    r"|(?:should|must|will|has to|have to|needs? to|is to|are to)\s+(?:come|travel|move|return))\s+"
+    r"(?:(?:back|down|up|over|out|across)\s+)*(?:on|onto|to|into|in|at)\s+"
+    r"(?P<place>[^,;:.]{2,80}?)(?=\s+(?:except|apart\s+from|with\s+the\s+exception)\b|[\s.!]*$)",
     re.IGNORECASE,
 )
 _IS_GIVEN = re.compile(
@@ -48,7 +51,17 @@ _COLON = re.compile(
     re.IGNORECASE,
 )
 _THERE = re.compile(
-    rf"\W*(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:also\s+)?(?:go|goes|belongs?)\s+(?P<place>there)\b(?:\s+(?:too|as\s+well|also))?[\s.!]*$",
+    rf"\W*(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:also\s+)?(?:go|goes|belongs?)\s+(?P<place>there)\b(?:\s+(?:too|as\s+well|also|instead))?[\s.!]*$",
+    re.IGNORECASE,
+)
+_BE_ON = re.compile(
+    rf"\W*{_SURE}(?P<thing>[^;:.]{{2,80}}?),?\s+(?:should|must|shall|has\s+to|have\s+to|needs?\s+to|is\s+to|are\s+to|ought\s+to)"
+    r"\s+(?:then\s+|now\s+)?(?:be|sit|stand|lie|rest)(?:\s+(?:lying|standing|sitting))?\s+"
+    r"(?:on|in|at|inside)\s+(?P<place>[^,;:.]{2,60}?)(?:\s+(?:later|now|then|afterwards|please|instead))?[\s.!]*$",
+    re.IGNORECASE,
+)
+_TAKES = re.compile(
+    rf"\W*(?:(?:now|then)\s+)?(?P<thing>[^,;:.]{{2,60}}?)\s+{_MODAL}(?:then\s+|now\s+)?takes?\s+(?P<place>its\s+(?:place|spot|position|slot))[\s.!]*$",
     re.IGNORECASE,
 )
 _HEADED = re.compile(r"^\W*(?P<place>[^,;:.]{2,40}?)\s*:\s*(?P<things>[^:;]{2,200}?)[\s.!]*$")
@@ -84,7 +97,7 @@ def _listed(text: str, start: int, end: int, scene: Scene) -> list[KeywordSpan] 
     return spans
 
 
-def told_as_placing(step: LabelledStep) -> LabelledStep:
+def told_as_placing(step: LabelledStep, scene: Scene) -> LabelledStep:
     """A step that says where a thing goes without telling anybody to put it there ("object 1 goes to position 11",
     "position 21 gets object 3", "object 3: position 22"): its thing as target and its place as destination."""
     text = step.text
@@ -92,11 +105,13 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
         return step
     taken = {s.label for s in step.spans}
     lead = _LEAD.match(text) or _titled(step)
-    for pattern in (_GOES, _THERE, _IS_GIVEN, _COLON):
+    for pattern in (_GOES, _BE_ON, _THERE, _TAKES, _IS_GIVEN, _COLON):
         m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
         if m is None or _ROBOT.match(m["thing"]):
             continue
         named = [m.span("thing"), m.span("place")]
+        if pattern is _BE_ON and not _both_known(step, scene, *named):
+            continue
         if any(s.label is Kind.ACTION and any(a <= s.start < b for a, b in named) for s in step.spans):
             continue
         if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
@@ -107,6 +122,12 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
         spans = tuple(KeywordSpan(a, b, label, text[a:b]) for a, b, label in sorted(ends, key=lambda e: e[:2]))
         return replace(step, spans=spans, readings=())
     return step
+
+
+def _both_known(step: LabelledStep, scene: Scene, thing: tuple[int, int], place: tuple[int, int]) -> bool:
+    things = resolve_objects(tokens(step.text, *thing), scene, Talk({o.id: o.place for o in scene.map.objects}))
+    there = resolve_places(tokens(step.text, *place), scene, Talk())
+    return isinstance(things, Found) and isinstance(there, Found) and not things.corrected and not there.corrected
 
 
 def _titled(step: LabelledStep) -> re.Match[str] | None:
@@ -275,6 +296,28 @@ _FILLED = re.compile(
 )
 
 
+_LEFT_FREE = re.compile(
+    r"\w+\s+(?:(?:that|which)\s+)?(?:it|this|that)\s+(?:leaves|left|has\s+left|vacates|vacated|frees|freed)"
+    r"(?:\s+(?:behind|empty|free|vacant))?\b|"
+    r"(?:(?:now\s+|newly\s+)?(?:vacated|emptied|freed|empty|vacant|free)\s+\w+"
+    r"|\w+\s+(?:that|which)\s+(?:(?:this|that|it)\s+)?(?:leaves|left|has\s+(?:become|been\s+left)|became|is\s+(?:now|left))\s+"
+    r"(?:empty|free|vacant))\b",
+    re.IGNORECASE,
+)
+
+
+def left_free(step: LabelledStep) -> LabelledStep:
+    """ "In the position that has become free": the destination with the words that tell which it is."""
+
+    def whole(s: KeywordSpan) -> KeywordSpan:
+        m = _LEFT_FREE.match(step.text, s.start) if s.label is Kind.DESTINATION else None
+        if m is None or m.end() <= s.end or any(s.end <= o.start < m.end() for o in step.spans):
+            return s
+        return replace(s, end=m.end(), text=step.text[s.start : m.end()])
+
+    return replace(step, spans=tuple(whole(s) for s in step.spans))
+
+
 def filled(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "Fill slot 2 with crate A", "fill the vacated slot with it": the place is no target, and what follows "with"
     is."""
@@ -299,7 +342,10 @@ _INTO = (("place", Kind.DESTINATION), ("thing", Kind.TARGET))
 
 def _holds(parts: Sequence[Token], scene: Scene) -> bool:
     """Whether words name a place, or describe one by such a noun ("the vacated slot"); "the cup" is filled otherwise."""
+    said = " ".join(t.text for t in parts)
     if len(exactly_named(parts, scene.places)) == 1:
+        return True
+    if any(_LEFT_FREE.fullmatch(text) for text in (said, said.removeprefix("the "))):
         return True
     own = any(lexicon().is_(t.text, "back_to") or t.text in {"its", "their"} for t in parts)
     if own or all(lexicon().is_(t.text, "articles", "vacant") or t.text in lexicon().places for t in parts):

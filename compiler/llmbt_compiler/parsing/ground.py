@@ -47,7 +47,8 @@ class Grounding:
     the words of it that were understood, `ordered` whether it asks for an order, `idle` whether
     the clause at hand only looks; `barred` are places that it excepts;
     `listed` is when several objects were named together last, and which, `whole` whether as one ("everything");
-    `kind` is the noun of the place that was named last.
+    `kind` is the noun of the place that was named last, `taken_off` where a thing was said to be, and when;
+    `among` are the things that the step says it chooses from, `spared` those that it leaves out at its beginning.
     """
 
     scene: Scene
@@ -69,6 +70,9 @@ class Grounding:
     barred: set[str] = field(default_factory=set)
     whole: bool = False
     kind: tuple[Token, ...] = ()
+    among: tuple[str, ...] = ()
+    spared: tuple[str, ...] = ()
+    taken_off: tuple[str | None, int] = (None, -9)
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
     def __post_init__(self) -> None:
@@ -147,6 +151,7 @@ class Grounding:
             self.listed[0] if self.turn - self.listed[1] <= 2 else (),
             self.whole,
             self.ledger.leaver,
+            self.among,
         )
 
     def of_robot(self, phrase: Phrase) -> bool:
@@ -201,6 +206,7 @@ class Grounding:
 
     def narrowed(self, phrase: Phrase, talk: Talk, at: tuple[str, ...], picking: bool) -> Found | Fault:
         """A phrase's objects; where unlabelled words after it say a place ("everything on the shelf"), those there."""
+        at = at or (ANYWHERE,) if any(lexicon().is_(t.text, "at", "from") for t in phrase.parts[1:-1]) else at
         place, words = self.trailing(phrase) if phrase.trail and not at else (None, ())
         if place is None and phrase.trail[:1] and phrase.trail[0].text in {"it", "them"} and not at:
             place, words = talk.place, phrase.trail[:1]  # "everything on it"
@@ -290,6 +296,7 @@ class Grounding:
                     continue
                 raise self.fault(found)
             ids = [i for i in found.ids if i not in {ANYWHERE, ORIGIN}]
+            self.taken_off = (ids[0] if len(ids) == 1 else None, self.turn)
             if sure:
                 self.check_there(sure, ids, phrase)
             else:
@@ -338,8 +345,14 @@ class Grounding:
     def told_once(self, targets: tuple[Phrase, ...]) -> tuple[Phrase, ...]:
         """Without those that a name right after them makes clear: "the second one, object 5"."""
         gone = []
+        cut = next(
+            (i for i, (a, b) in enumerate(pairwise(targets), 1) if self.parted(a, b) and _counting(b, self.scene)), 0
+        )
+        ids = tuple(dict.fromkeys(i for p in targets[:cut] for i in self.quiet(p)))
+        if len(ids) > 1:  # "objects 3 and 5: the first one to position 33, the second one to position 34"
+            self.listed, self.targets, self.among, targets = (ids, self.turn), (ids, self.turn), ids, targets[cut:]
         for phrase, name in pairwise(targets):
-            if ":" in self.now.text[phrase.extent.end : name.extent.start] and self.detailed(phrase, targets):
+            if self.parted(phrase, name) and self.detailed(phrase, targets):
                 gone.append(phrase)
                 continue
             if not name.apposed or phrase.aside or not any(t.number for t in name.parts):
@@ -349,6 +362,9 @@ class Grounding:
             if isinstance(vague, Fault) and vague.code == "E304" and ids and set(ids) <= set(vague.candidates):
                 gone.append(phrase)
         return tuple(p for p in targets if p not in gone)
+
+    def parted(self, before: Phrase, after: Phrase) -> bool:
+        return ":" in self.now.text[before.extent.end : after.extent.start]
 
     def detailed(self, phrase: Phrase, targets: Sequence[Phrase]) -> bool:
         """Whether the targets behind a phrase are all of what it means ("the blocks: green on level 1, ...")."""
@@ -403,6 +419,7 @@ class Grounding:
         without = [i for p in excluded for i in self.find(p).ids]
         if clause.exception:
             without += self.exception(clause)
+        without += self.spared if set(self.spared) < set(ids) else ()
         ids = tuple(i for i in ids if i not in without)
         if not ids:
             self.complain("E305", "no object is left to act on", clause.extent, "what?")
@@ -429,6 +446,9 @@ class Grounding:
     def where_to(self, phrase: Phrase, container: Phrase | None = None) -> Found:
         """The places of a destination; what follows it ("on shelf level 1") has to agree."""
         self.either(phrase)
+        there = all(lexicon().is_(t.text, "there") for t in phrase.parts)
+        if there and self.ledger.vacated is not None and self.now.text[phrase.extent.end :].lstrip()[:7] == "instead":
+            return Found((self.ledger.vacated,))  # "take A off position 12 and put it aside; set B there instead"
         told = self.place_of_thing(phrase)
         if told is not None:
             return told
@@ -579,6 +599,15 @@ def _each(targets: Sequence[Phrase], text: str) -> tuple[Phrase, ...]:
     if linked[:1] != ["and"] or several:
         return tuple(targets)
     return replace(first, parts=first.parts[1:]), then
+
+
+def _counting(phrase: Phrase, scene: Scene) -> bool:
+    """ "The first one", "the former", "one", "the red one": one of several named before."""
+    lex = lexicon()
+    words = [t for t in phrase.parts if not lex.is_(t.text, "articles")]
+    if words[-1:] and words[-1].text == "one" and {t.text for t in words[:-1]} <= scene.colours | lex.sizes.keys():
+        return True
+    return all(t.text in lex.ordinals or t.text in {"one", "former", "latter", "other"} for t in words)
 
 
 def _noun(parts: Sequence[Token]) -> tuple[Token, ...]:

@@ -74,10 +74,18 @@ _BESIDES = frozenset(
 
 def _standing_at(parts: Sequence[Token]) -> Sequence[Token]:
     """ "The block that is currently on position 22", "... that occupies position 22": the block on position 22."""
+    if parts and parts[0].text == "whatever":  # "whatever you find on the table"
+        at = next((i for i, t in enumerate(parts[:6]) if lexicon().is_(t.text, "at", "from")), 1)
+        parts = (parts[0], *parts[at:])
     for i, t in enumerate(parts):
         j = i + 1 if t.text in {"that", "which"} and i else i
+        while j > i and j < len(parts) - 1 and parts[j].text in _BESIDES:
+            j += 1
         if i and j < len(parts) and parts[j].text in {"occupies", "occupying", "occupy"}:
             return (*parts[:i], Token("on", t.start, parts[j].end), *parts[j + 1 :])
+        bare = i and t.text in {"left", "remaining"} and i < len(parts) - 2  # "everything left in the tray"
+        if bare and lexicon().is_(parts[i + 1].text, "at", "from"):
+            return (*parts[:i], *parts[i + 1 :])
         if j == i or j >= len(parts) or parts[j].text not in _STANDS:
             continue
         j += 1
@@ -92,6 +100,12 @@ def _content(parts: Sequence[Token], scene: Scene) -> Sequence[Token]:
     """ "Carton of milk" is the milk, where the map knows no carton; "the set of green blocks" is these blocks."""
     lex = lexicon()
     for i, t in enumerate(parts[:-1]):
+        if t.owner and parts[i + 1].text in {"content", "contents"} and i + 2 == len(parts):
+            whole, at = replace(parts[0], text="everything", owner=False), replace(parts[0], text="on", owner=False)
+            return (whole, at, *parts[:i], replace(t, owner=False))  # "the pallet's contents"
+        if t.text in {"content", "contents"} and parts[i + 1].text == "of" and i + 2 < len(parts):
+            whole, at = replace(t, text="everything", start=parts[0].start), replace(parts[i + 1], text="on")
+            return (whole, at, *parts[i + 2 :])  # "the whole contents of the tray"
         if t.text in lex.collectives and parts[i + 1].text == "of" and i + 2 < len(parts):
             return (*parts[:i], *parts[i + 2 :])
         vessel = i and t.text == "of" and lex.is_(next(singulars(parts[i - 1].text)), "vessels")
@@ -141,6 +155,7 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
         return _one_of(d, said, talk)
     if d.pronoun in {"former", "latter"}:
         known = talk.targets or talk.pending
+        known = known if len(known) == 2 or len(talk.listed) != 2 else talk.listed
         one = known[:1] if d.pronoun == "former" else known[1:]
         if d.pronoun == "latter" and len(talk.pending) == 1:  # the former has been put down
             return Found(talk.pending)
@@ -170,7 +185,9 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
             )
     if not base:
         return unknown(d, scene, True, said)
-    if d.anaphoric and set(d.texts) <= scene.colours:  # "the red cup on the table, the blue one on the bar"
+    if talk.among and (d.anaphoric or d.bare):  # "of the two balls, the smaller one"
+        base = [e for e in base if e.id in talk.among]
+    elif d.anaphoric and set(d.texts) <= scene.colours:  # "the red cup on the table, the blue one on the bar"
         said_before = set(talk.described) - scene.colours
         kinds = [scene[i].words - scene.colours for i in talk.targets] if not said_before else []
         alike = [e for e in base if any(kind <= e.words for kind in kinds)]
@@ -276,7 +293,8 @@ def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: 
     held = [i for i in talk.pending if i in base]
     if len(held) == 1 and not picking:
         return Found(tuple(held))
-    if len(talk.targets) == 1 and talk.targets[0] in base and not (picking and talk.targets[0] in talk.handled):
+    again = picking and talk.targets[:1] and talk.targets[0] in talk.handled and not d.demonstrative
+    if len(talk.targets) == 1 and talk.targets[0] in base and not again:
         return Found(talk.targets)
     if talk.lost and not d.words:
         return Fault("", "", d.extent)

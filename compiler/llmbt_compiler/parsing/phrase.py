@@ -40,6 +40,7 @@ class Description:
     pronoun: str = ""
     partitive: bool = False  # "two of the blocks"
     anaphoric: bool = False  # "one" or "ones" in the place of a noun
+    demonstrative: bool = False  # "that block"
 
     @property
     def many(self) -> bool:
@@ -282,6 +283,8 @@ class _Reader:
             self.flags["definite" if not lex.is_(t.text, "indefinite") else "indefinite"] = True
             if t.text in {"these", "those"}:
                 self.flags["plural"] = True
+            if t.text in {"this", "that"}:
+                self.flags["demonstrative"] = True
             return True
         return False
 

@@ -67,6 +67,10 @@ class Placing(Grounding):
         """On: the target, or what is in the hand, comes to the destination."""
         lex = lexicon()
         targets, destinations, locations = group.targets, list(group.destinations), list(group.locations)
+        fronted = [p for p in destinations if p.extent.end <= clause.extent.start and self.quiet_place(p) is not None]
+        there = [p for p in destinations if all(lex.is_(t.text, "there") for t in p.parts)]
+        if len(fronted) == 1 and there and fronted[0] not in there and clause.action:  # "rack A has room, put it there"
+            destinations = [p for p in destinations if p not in there]
         if any(len(p.parts) == 1 and lex.is_(p.parts[0].text, "there") for p in destinations):
             destinations = [p for p in destinations if p.preposition != "for"]  # "leave it there for the user"
         for p in [p for p in destinations if lex.is_(p.preposition, "from")]:
@@ -97,6 +101,9 @@ class Placing(Grounding):
         self.begin = self.beginning(clause)
         places = self.aims(clause, templates, destinations, ids, container)
         self.put(clause, templates, ids, places, extent)
+        taken_off, turn = self.taken_off
+        if "aside" in clause.particles and taken_off == self.ledger.vacated is not None and self.turn - turn <= 1:
+            self.place = (taken_off, self.turn)  # "there" is the place that was named, not where the thing went
         self.described = words or self.described
         self.last = tuple(t for t in templates if self.shape(t) is Shape.PLACE)
 

@@ -14,6 +14,7 @@ from llmbt_compiler.parsing.forms import (
     asked_for,
     assured,
     filled,
+    left_free,
     let_go,
     listed,
     made_free,
@@ -21,11 +22,13 @@ from llmbt_compiler.parsing.forms import (
     told_as_placing,
     wanted_by,
 )
+from llmbt_compiler.parsing.frames import as_before, contrasted, one_each, passive, renamed, so_there, tabled, trimmed
 from llmbt_compiler.parsing.headings import from_to, in_turn, named_by_heading
 from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.polite import outspoken
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.scoped import scoped
 from llmbt_compiler.parsing.together import (
     also_named,
     done_by,
@@ -51,7 +54,11 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     """The step with the keywords that its form implies; as it is where its form implies none."""
     if len(step.text) > _LONGEST:
         return step
-    step = outspoken(step)
+    rows = tabled(step, scene)
+    if rows is not None:
+        return rows
+    step = scoped(trimmed(left_free(one_each(renamed(outspoken(step), scene)))), scene)
+    step = contrasted(so_there(passive(as_before(step, scene), scene), scene), scene)
     told = from_to(step, scene)
     if told is not None:
         return told
@@ -63,7 +70,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
         told = form(step, scene)
         if told is not step:
             return told
-    told = listed(step, scene) or told_as_placing(inverted(step, scene))
+    told = listed(step, scene) or told_as_placing(inverted(step, scene), scene)
     if told is not step:
         return told
     step = let_go(
