@@ -5,6 +5,7 @@ position 11", "level 1: object 2", "could I have the apple?", "its place is posi
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
@@ -15,7 +16,7 @@ from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of
-from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lemmas, lexicon, tokens
 
 __all__ = [
     "asked_for",
@@ -290,6 +291,11 @@ _FILLING = frozenset(
 )
 
 
+_FILLED = re.compile(
+    r"\s+(?P<place>[^,;:.!?]{2,60}?)\s+with\s+(?:the\s+)?(?P<thing>[^,;:.!?]{1,60})", re.IGNORECASE
+)
+
+
 _LEFT_FREE = re.compile(
     r"\w+\s+(?:(?:that|which)\s+)?(?:it|this|that)\s+(?:leaves|left|has\s+left|vacates|vacated|frees|freed)"
     r"(?:\s+(?:behind|empty|free|vacant))?\b|"
@@ -313,24 +319,41 @@ def left_free(step: LabelledStep) -> LabelledStep:
 
 
 def filled(step: LabelledStep, scene: Scene) -> LabelledStep:
-    """ "Fill slot 2 with crate A": the place is no target, and what follows "with" is."""
-    for verb, place in zip(step.spans, step.spans[1:], strict=False):
+    """ "Fill slot 2 with crate A", "fill the vacated slot with it": the place is no target, and what follows "with"
+    is."""
+    places = [t for t in scene.library.templates.values() if shape_of(t, scene.library) is Shape.PLACE and t.verbs]
+    for verb in step.spans if places else ():
         fills = verb.label is Kind.ACTION and any(w in _FILLING for w in lemmas(verb.text.casefold()))
-        named = tokens(step.text, place.start, place.end) if fills and place.label is not Kind.ACTION else ()
-        left = _LEFT_FREE.match(step.text, place.start) if named and scene.word(named[-1], False).text else None
-        end = left.end() if left is not None else place.end
-        m = re.match(r"\s+with\s+(?:the\s+)?(?P<thing>[^,;:.!]{1,60})", step.text[end:], re.IGNORECASE)
-        if m is None or not (left is not None or len(exactly_named(named, scene.places)) == 1):
+        m = _FILLED.match(step.text, verb.end) if fills else None
+        if m is None or not _holds(tokens(step.text, *m.span("place")), scene):
             continue
-        a, b = end + m.start("thing"), end + m.end("thing")
-        if any(s.label is Kind.ACTION and a <= s.start < b for s in step.spans):
+        inside = [s for s in step.spans if m.start() <= s.start < m.end()]
+        if any(s.label is Kind.ACTION for s in inside):
             continue
-        kept = [s for s in step.spans if (s.end <= place.start or b <= s.start) and s != verb]
-        kept.append(replace(verb, text="put"))
-        kept.append(replace(place, label=Kind.DESTINATION, end=end, text=step.text[place.start : end]))
-        kept.append(KeywordSpan(a, b, Kind.TARGET, step.text[a:b]))
+        kept = [s for s in step.spans if s is not verb and s not in inside]
+        put = min(places, key=lambda t: "_" in t.name).verbs[0]
+        kept += [replace(verb, text=str(put)), *(KeywordSpan(*m.span(k), kind, m[k]) for k, kind in _INTO)]
         return replace(step, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
     return step
+
+
+_INTO = (("place", Kind.DESTINATION), ("thing", Kind.TARGET))
+
+
+def _holds(parts: Sequence[Token], scene: Scene) -> bool:
+    """Whether words name a place, or describe one by such a noun ("the vacated slot"); "the cup" is filled otherwise."""
+    said = " ".join(t.text for t in parts)
+    if len(exactly_named(parts, scene.places)) == 1:
+        return True
+    if any(_LEFT_FREE.fullmatch(text) for text in (said, said.removeprefix("the "))):
+        return True
+    own = any(lexicon().is_(t.text, "back_to") or t.text in {"its", "their"} for t in parts)
+    if own or all(lexicon().is_(t.text, "articles", "vacant") or t.text in lexicon().places for t in parts):
+        return False  # whose it was, or which of them, the thing that comes there does not tell
+    place = resolve_places(parts, scene, Talk())
+    known = isinstance(place, Found) and not place.corrected
+    nouns = any(t.text in lexicon().places for t in parts)
+    return (known or nouns) and not isinstance(resolve_objects(parts, scene, Talk()), Found)
 
 
 _MADE = re.compile(

@@ -292,7 +292,8 @@ class _Reader:
         word = self.scene.word(t, self.movable)
         lex = lexicon()
         named = self.words and self.words[-1].text not in self.scene.colours
-        if not word.text and self.movable and named and lex.is_(next(singulars(t.text)), "vessels"):
+        vessel = next((form for form in singulars(t.text) if lex.is_(form, "vessels")), None)
+        if self.movable and named and vessel is not None and vessel not in self.scene.vocabulary(True):
             return  # "coke can", where the map knows no can
         if (
             not word.text

@@ -40,7 +40,7 @@ from llmbt_compiler.parsing.together import (
     released,
     same_noun,
 )
-from llmbt_compiler.parsing.told import destined, goings, record, vice_versa
+from llmbt_compiler.parsing.told import destined, due, goings, record, vice_versa
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.whereabouts import by_their_things
 from llmbt_compiler.parsing.words import lexicon, tokens
@@ -66,7 +66,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     called = _calls(step, scene)
     if called is not None:
         return called
-    for form in (record, vice_versa, destined, goings):
+    for form in (record, vice_versa, destined, goings, due):
         told = form(step, scene)
         if told is not step:
             return told

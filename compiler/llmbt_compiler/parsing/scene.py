@@ -215,7 +215,8 @@ class Scene:
             return False
         if word in self.generic(entity.movable) or (entity.person and lexicon().is_(word, "users")):
             return True
-        return not entity.words.isdisjoint(lexicon().alike(word))
+        called = entity.words - (entity.colour - entity.stem) if word in lexicon().sorts else entity.words
+        return not called.isdisjoint(lexicon().alike(word))
 
     def within(self, place: str | None, container: str) -> bool:
         """Whether a place is a container or lies in it."""

@@ -17,7 +17,7 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.words import tokens
 
-__all__ = ["destined", "goings", "record", "vice_versa"]
+__all__ = ["destined", "due", "goings", "record", "vice_versa"]
 
 _SHORT = 300
 _ON = r"(?:on|onto|to|into|in|at)"
@@ -105,6 +105,51 @@ def destined(step: LabelledStep, scene: Scene) -> LabelledStep:
     if not all(_found(step, scene, m.span(k), kind) for k, kind in ends):
         return step
     return replace(step, spans=tuple(KeywordSpan(*m.span(k), kind, m[k]) for k, kind in ends), readings=())
+
+
+_WOULD = (
+    r"(?:(?:should|must|will|shall|ought\s+to|has\s+to|have\s+to|needs?\s+to|wants?\s+to|gets?\s+to|(?:is|are)\s+"
+    r"(?:(?:supposed|meant|required|due|scheduled|going)\s+)?to)\s+(?:(?:then|now|also|finally)\s+)?)"
+)
+_WISHED = (
+    r"\W*(?:(?:in|at)\s+the\s+end,?\s+|finally,?\s+)?(?:(?:please\s+)?(?:(?:make|be)\s+sure|ensure|see(?:\s+to\s+it)?)"
+    r"(?:\s+that)?\s+|(?:the\s+)?(?:goal|aim|idea)\s+is\s+that\s+|it['’]?\s*i?s\s+time\s+for\s+|time\s+for\s+)?"
+)
+_THEN = r"(?:\s*[,;.]?\s*(?:and\s+|so\s+)?(?:please\s+)?\w+\s+(?:it|them)\s+there)?(?:,?\s+(?:please|now|then))*[\s.!]*"
+_HOME = r"(?:place|home|spot|seat|rightful\s+place)"
+_DUE = tuple(
+    re.compile(pattern + _THEN, re.IGNORECASE)
+    for pattern in (
+        rf"{_WISHED}(?P<thing>[^,;:.]{{2,80}}?)\s+{_WOULD}(?:go|belong|live|get|end\s+up|be|sit|stand|rest|come)\s+"
+        rf"(?:back\s+|up\s+|down\s+|over\s+)?{_ON}\s+(?P<place>[^,;:.]{{1,60}}?)",
+        rf"{_WISHED}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:goes|belongs?|lives?|gets|ends?\s+up)\s+"
+        rf"(?:back\s+|up\s+|down\s+|over\s+)?{_ON}\s+(?P<place>[^,;:.]{{1,60}}?)",
+        rf"{_WISHED}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:(?:is|are)\s+(?:meant|destined|intended|bound|due|earmarked|scheduled)\s+"
+        rf"(?:for|{_ON})|(?:has|have|finds?)\s+(?:its|their)\s+{_HOME}\s+{_ON}|deserves?(?:\s+an?\s+{_HOME}\s+{_ON})?)"
+        rf"\s+(?P<place>[^,;:.]{{1,60}}?)",
+        rf"\W*(?P<place>[^,;:.]{{2,60}}?)\s+(?:{_WOULD}(?:receive|get|hold|house|contain|accommodate|have|be\s+(?:occupied\s+"
+        rf"by|filled\s+(?:with|by)|given))|receives|(?:is|are)\s+(?:meant|intended|destined)\s+for)\s+"
+        rf"(?P<thing>[^,;:.]{{2,80}}?)",
+        r"\W*(?:assign|allocate|allot|use|dedicate)\s+(?P<place>[^,;:.]{2,60}?)\s+(?:to|for)\s+(?P<thing>[^,;:.]{2,80}?)",
+        rf"\W*(?:(?:target|object|item|thing)\s*[:=]\s*)?(?P<thing>[^,;:.=]{{2,60}}?)\s*[,;:|–—-]?\s*(?:(?:target|final|new)\s+)?"
+        rf"destination\s*[:=]?\s*(?P<place>[^,;:.=]{{1,60}}?)",
+    )
+)
+
+
+def due(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Object 1 is meant for position 12", "the cube wants to live in slot 3, so put it there", "slot 3 is to receive
+    the drum", "use slot 3 for the drum", "object 1: destination position 12"."""
+    if len(step.text) > _SHORT:
+        return step
+    for pattern in _DUE:
+        m = pattern.fullmatch(step.text)
+        ends = (("thing", Kind.TARGET), ("place", Kind.DESTINATION))
+        if m is None or not all(_found(step, scene, m.span(k), kind) for k, kind in ends):
+            continue
+        spans = [KeywordSpan(*m.span(k), kind, m[k]) for k, kind in ends]
+        return replace(step, spans=tuple(sorted(spans, key=lambda s: s.start)), readings=())
+    return step
 
 
 _FIELD = re.compile(
