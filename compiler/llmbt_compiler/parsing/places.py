@@ -108,10 +108,7 @@ def _left(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault | N
             return Fault("E305", f"`{says(parts)}`: whose, and which?", extent, "where?", "name the place")
         return Found((talk.vacated,))  # "put object 3 in the sorting area; object 7 in its place"
     if len(said) == 2 and said[0] in {"its", "their"} and said[1] in scene.generic(False):
-        if any(i in talk.handled for i in talk.targets):
-            return Found((ORIGIN,))  # "set it back in its slot"
-        extent = Extent(parts[0].start, parts[-1].end)
-        return Fault("E305", f"`{says(parts)}`: it stands there already", extent, "where?", "name the place")
+        return Found((ORIGIN,))  # "set it back in its slot"
     pointed = len(said) == 2 and said[0] in {"that", "this"} and said[1] in scene.generic(False)
     if pointed and talk.vacated is not None and scene.single(talk.vacated):
         here = talk.place is not None and all(scene.fits(scene[talk.place], w) for w in kinds)
