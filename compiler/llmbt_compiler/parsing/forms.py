@@ -343,11 +343,11 @@ def _holds(parts: Sequence[Token], scene: Scene) -> bool:
     said = " ".join(t.text for t in parts)
     if len(exactly_named(parts, scene.places)) == 1:
         return True
-    if any(_LEFT_FREE.fullmatch(text) for text in (said, said.removeprefix("the "))):
-        return True
     own = any(lexicon().is_(t.text, "back_to") or t.text in {"its", "their"} for t in parts)
     if own or all(lexicon().is_(t.text, "articles", "vacant") or t.text in lexicon().places for t in parts):
         return False  # whose it was, or which of them, the thing that comes there does not tell
+    if any(_LEFT_FREE.fullmatch(text) for text in (said, said.removeprefix("the "))):
+        return True
     place = resolve_places(parts, scene, Talk())
     known = isinstance(place, Found) and not place.corrected
     nouns = any(t.text in lexicon().places for t in parts)

@@ -30,11 +30,41 @@ _SHOULD = re.compile(r"^\W*(should)\s+(?!I\b|we\b)[^,;.!?]{2,60},", re.IGNORECAS
 """A condition without an "if"."""
 
 
+_ON = r"(?:(?!\s+(?:and|then|but)\b)[^,;.:!?])*"
+_SAYING = re.compile(
+    rf"\b(?:(?:please\s+)?let\s+(?:me|us|him|her|them|the\s+\w+)\s+know\b{_ON}"
+    rf"|keep\s+(?:me|us|him|her|them)\s+(?:posted|informed|updated|in\s+the\s+loop)\b{_ON}"
+    r"|bear\s+with\s+(?:me|us)|take\s+your\s+time|call\s+it\s+a\s+day|have\s+a\s+(?:rest|break)"
+    rf"|make\s+a\s+(?:mental\s+)?note\b{_ON}|do(?=\s+(?:put|place|bring|take|move|set|fetch|get)\b)"
+    r"|quick(?:ly)?(?:,\s*quick(?:ly)?)*\s*[,!:](?=\s*\w)|job\s+done)"
+    r"|\b(?:FYI|NB|N\.B\.|PS|P\.S\.)\s*[,:]?(?=\s)",
+    re.IGNORECASE,
+)
+"""Said in passing, or to somebody: it asks for nothing that changes the scene."""
+_STOP = re.compile(r"(?<=[\w)])\s+(STOP)\b(?=\s*(?:$|[A-Z.,;!]))")
+_BY_CAMERA = re.compile(r"\b(?:by|via|using|with|through)\s+(?:the\s+|your\s+)?(?:wrist\s+)?(?:camera|sensors?|vision)\b", re.IGNORECASE)
+
+
 def outspoken(step: LabelledStep) -> LabelledStep:
     """The step without words that say nothing, its condition with an "if" ("should it fall, ..."); offsets stay."""
     m = _SHOULD.match(step.text)
     if m is not None:
         a, b = m.span(1)
         step = replace(step, text=f"{step.text[:a]}{'if':<{b - a}}{step.text[b:]}")
-    m = _POLITE.search(step.text)
-    return without(step, Extent(*m.span())) if m is not None else step
+    for pattern in (_POLITE, _SAYING, _BY_CAMERA):
+        m = pattern.search(step.text)
+        step = without(step, Extent(*m.span())) if m is not None else step
+    return _telegram(step)
+
+
+def _telegram(step: LabelledStep) -> LabelledStep:
+    """ "PARCEL 17 TO SLOT A3 STOP" ends there, as with a full stop."""
+    for m in _STOP.finditer(step.text):
+        a, b = m.span(1)
+        cut = tuple(
+            replace(s, end=m.start(), text=step.text[s.start : m.start()]) if s.start < a < s.end else s
+            for s in step.spans
+            if not a <= s.start < b
+        )
+        step = replace(step, text=f"{step.text[:a]}.{' ' * (b - a - 1)}{step.text[b:]}", spans=cut, readings=())
+    return step
