@@ -42,7 +42,9 @@ _SAYING = re.compile(
 )
 """Said in passing, or to somebody: it asks for nothing that changes the scene."""
 _STOP = re.compile(r"(?<=[\w)])\s+(STOP)\b(?=\s*(?:$|[A-Z.,;!]))")
-_BY_CAMERA = re.compile(r"\b(?:by|via|using|with|through)\s+(?:the\s+|your\s+)?(?:wrist\s+)?(?:camera|sensors?|vision)\b", re.IGNORECASE)
+_BY_CAMERA = re.compile(
+    r"\b(?:by|via|using|with|through)\s+(?:the\s+|your\s+)?(?:wrist\s+)?(?:camera|sensors?|vision)\b", re.IGNORECASE
+)
 
 
 def outspoken(step: LabelledStep) -> LabelledStep:
