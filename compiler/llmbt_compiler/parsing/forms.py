@@ -291,9 +291,7 @@ _FILLING = frozenset(
 )
 
 
-_FILLED = re.compile(
-    r"\s+(?P<place>[^,;:.!?]{2,60}?)\s+with\s+(?:the\s+)?(?P<thing>[^,;:.!?]{1,60})", re.IGNORECASE
-)
+_FILLED = re.compile(r"\s+(?P<place>[^,;:.!?]{2,60}?)\s+with\s+(?:the\s+)?(?P<thing>[^,;:.!?]{1,60})", re.IGNORECASE)
 
 
 _LEFT_FREE = re.compile(
@@ -341,7 +339,7 @@ _INTO = (("place", Kind.DESTINATION), ("thing", Kind.TARGET))
 
 
 def _holds(parts: Sequence[Token], scene: Scene) -> bool:
-    """Whether words name a place, or describe one by such a noun ("the vacated slot"); "the cup" is filled otherwise."""
+    """Whether words name a place, or describe one by such a noun ("the vacated slot"); a cup is filled otherwise."""
     said = " ".join(t.text for t in parts)
     if len(exactly_named(parts, scene.places)) == 1:
         return True

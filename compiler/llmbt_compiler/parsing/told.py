@@ -131,8 +131,8 @@ _DUE = tuple(
         rf"by|filled\s+(?:with|by)|given))|receives|(?:is|are)\s+(?:meant|intended|destined)\s+for)\s+"
         rf"(?P<thing>[^,;:.]{{2,80}}?)",
         r"\W*(?:assign|allocate|allot|use|dedicate)\s+(?P<place>[^,;:.]{2,60}?)\s+(?:to|for)\s+(?P<thing>[^,;:.]{2,80}?)",
-        rf"\W*(?:(?:target|object|item|thing)\s*[:=]\s*)?(?P<thing>[^,;:.=]{{2,60}}?)\s*[,;:|–—-]?\s*(?:(?:target|final|new)\s+)?"
-        rf"destination\s*[:=]?\s*(?P<place>[^,;:.=]{{1,60}}?)",
+        r"\W*(?:(?:target|object|item|thing)\s*[:=]\s*)?(?P<thing>[^,;:.=]{2,60}?)\s*[,;:|–—-]?\s*(?:(?:target|final|new)\s+)?"
+        r"destination\s*[:=]?\s*(?P<place>[^,;:.=]{1,60}?)",
     )
 )
 
