@@ -339,7 +339,7 @@ _INTO = (("place", Kind.DESTINATION), ("thing", Kind.TARGET))
 
 
 def _holds(parts: Sequence[Token], scene: Scene) -> bool:
-    """Whether words name a place, or describe one by such a noun ("the vacated slot"); a cup is filled otherwise."""
+    """Whether words name a place, or describe one by its noun ("the vacated slot"); "the cup" is filled otherwise."""
     said = " ".join(t.text for t in parts)
     if len(exactly_named(parts, scene.places)) == 1:
         return True

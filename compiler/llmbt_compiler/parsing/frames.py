@@ -127,7 +127,11 @@ def _before(line: Sequence[Token], k: int, step: LabelledStep, scene: Scene) -> 
             continue
         first = next((i for i, t in enumerate(line) if t.start >= s.start), 0)
         if _things(tokens(step.text, s.start, s.end), scene) is not None:
-            while first and lexicon().is_(line[first - 1].text, "articles", "all", "both"):
+            while (
+                first
+                and lexicon().is_(line[first - 1].text, "articles", "all", "both")
+                and line[first - 1].text != "that"
+            ):
                 first -= 1
             return first
     stop = k - 1 if k and line[k - 1].text == "," else k
@@ -216,7 +220,8 @@ def tabled(step: LabelledStep, scene: Scene) -> LabelledStep | None:
     if m is None or not (m["head"] or "|" in m["rows"]):
         return None
     begin = at + m.start("rows")
-    several = [s for s in step.spans if s.label is Kind.TARGET and s.end <= begin and not _points(s)]
+    said = [s for s in step.spans if s.label is Kind.TARGET and s.end <= begin and not _points(s)]
+    several = [s for s in said if _things(tokens(step.text, s.start, s.end), scene) is not None]
     if any(lexicon().is_(t.text, *_NOT) for t in tokens(m["head"] or "")):
         return None
     mark = next((re.compile(k) for k in (";", "\n") if k in m["rows"]), _COMMA)
@@ -236,8 +241,15 @@ def tabled(step: LabelledStep, scene: Scene) -> LabelledStep | None:
             return None
         spans.append(KeywordSpan(*thing, Kind.TARGET, step.text[thing[0] : thing[1]]))
         spans.append(KeywordSpan(*place, Kind.DESTINATION, step.text[place[0] : place[1]]))
-    head = [s for s in step.spans if several and s.end <= begin]
-    return replace(step, spans=(*head, *spans), readings=()) if len(spans) > 2 else None
+    if len(spans) < 3:
+        return None
+    if several:
+        return replace(step, spans=(*(s for s in step.spans if s.end <= begin), *spans), readings=())
+    around = exactly_named(tokens(m["head"] or "")[:-1], scene.places)  # "rack A: parcel 17 in slot A3, ..."
+    ends = [_place(tokens(s.text), scene) for s in spans if s.label is Kind.DESTINATION]
+    if around and not all(scene.within(p, around[0].id) for p in ends):
+        return None
+    return replace(without(step, Extent(0, begin)) if around else step, spans=tuple(spans), readings=())
 
 
 def _points(span: KeywordSpan) -> bool:
@@ -353,11 +365,20 @@ _ONE_EACH = re.compile(
 _ALL_OF_THEM = re.compile(r",\s*(?:both|all(?:\s+\w+)?)\s+of\s+(?:them|these|those)\s*,", re.IGNORECASE)
 
 
+_IN_ORDER = re.compile(
+    r"\b(?P<first>first),?\s+(?:and|then)\s+(?:then\s+)?[^,;:.]{2,40}?\s(?P<then>after(?:\s+(?:it|that))?|afterwards|second|next)[\s.!]*$",
+    re.IGNORECASE,
+)
+
+
 def one_each(step: LabelledStep) -> LabelledStep:
     """ "Put the two balls on level 1, one in each free position": how places are filled anyway."""
     all_ = _ALL_OF_THEM.search(step.text) if len(step.text) <= _SHORT else None
     if all_ is not None and any(s.label is Kind.TARGET and s.end == all_.start() for s in step.spans):
         step = without(step, Extent(*all_.span()))
+    order = _IN_ORDER.search(step.text) if len(step.text) <= _SHORT else None
+    for key in ("first", "then") if order is not None else ():
+        step = without(step, Extent(*order.span(key))) if order is not None else step
     m = _ONE_EACH.search(step.text) if len(step.text) <= _SHORT else None
     if m is None or not any(s.label is Kind.DESTINATION and s.end <= m.start() for s in step.spans):
         return step

@@ -475,6 +475,10 @@ class Grounding:
                     "E302", f"{', '.join(objects.ids[:6])} is an object, not a place", phrase.extent,
                     "not a place of the map", "name the place where it is to go",
                 )  # fmt: skip
+        own = phrase.parts[0].text in {"its", "their"} and isinstance(found, Found) and found.ids == (ORIGIN,)
+        if own and len(phrase.parts) == 2 and not set(self.targets[0]) & self.ledger.handled:
+            said = phrase.extent.cut(self.now.text)
+            found = Fault("E305", f"`{said}`: it was never taken from there", phrase.extent, "where?", "name the place")
         if isinstance(found, Fault):
             raise self.fault(found)
         self.told(found, phrase)

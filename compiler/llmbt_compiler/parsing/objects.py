@@ -260,6 +260,7 @@ def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: 
     if d.rest:
         left = [i for i in base if i in talk.pending]  # picked up together, and not put down yet
         base = left if left and d.bare else [i for i in base if i not in talk.handled]
+        base = [i for i in base if i not in talk.targets or i in left] or base  # "leave the milk; the others ..."
         single = not d.many and wanted is None
         if talk.described and (len(base) > 1 if single else wanted is not None and len(base) != wanted):
             base = [i for i in base if all(scene.fits(scene[i], w) for w in talk.described)]

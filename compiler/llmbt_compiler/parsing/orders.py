@@ -77,6 +77,8 @@ class Ordering(Acting):
         elif verb.is_("exchange"):
             self.exchange(clause, things)
         elif verb.is_("leaving") and things.targets and not things.destinations and self.stays(clause, things):
+            if not self.ledger.pending:
+                self.mention(things)
             self.left_out(clause, "changes no goal")
         elif verb.lemma == "leave" and any(
             not p.preposition and p.extent.start > clause.extent.end and not _pointing(p)

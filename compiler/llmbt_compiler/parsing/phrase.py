@@ -77,7 +77,7 @@ def split_place(parts: Sequence[Token], *prepositions: str) -> tuple[tuple[Token
 
 _EXCEPTING = (
     ("with", "the", "exception", "of"), ("other", "than"), ("apart", "from"), ("aside", "from"), ("except", "for"),
-    ("save", "for"), ("but", "not"), ("except",), ("excepting",), ("excluding",), ("without",), ("besides",),
+    ("save", "for"), ("but", "not"), ("save",), ("except",), ("excepting",), ("excluding",), ("without",), ("besides",),
     ("minus",), ("but",), ("barring",),
 )  # fmt: skip
 _BEING = frozenset({"that", "which", "who", "is", "are", "being", "be"})
