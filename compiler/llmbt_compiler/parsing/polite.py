@@ -1,13 +1,15 @@
 """Words that say nothing: courtesy that looks like a condition ("if it's not too much trouble", "when you have a
-moment"), "next to nothing"."""
+moment"), "next to nothing", sayings ("let me know when you are done"), telegrams ("STOP")."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import replace
 
+from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.explained import without
 from llmbt_compiler.parsing.model import Extent, LabelledStep
+from llmbt_compiler.parsing.words import lemmas, lexicon
 
 __all__ = ["outspoken"]
 
@@ -43,7 +45,9 @@ _SAYING = re.compile(
 """Said in passing, or to somebody: it asks for nothing that changes the scene."""
 _STOP = re.compile(r"(?<=[\w)])\s+(STOP)\b(?=\s*(?:$|[A-Z.,;!]))")
 _BY_CAMERA = re.compile(
-    r"\b(?:by|via|using|with|through)\s+(?:the\s+|your\s+)?(?:wrist\s+)?(?:camera|sensors?|vision)\b", re.IGNORECASE
+    r"\W*(?:please\s+)?(?P<verb>\w+)\s+(?P<means>(?:by|via|using|with|through)\s+(?:the\s+|your\s+)?(?:wrist\s+)?"
+    r"(?:camera|sensors?|vision|image)\b)",
+    re.IGNORECASE,
 )
 
 
@@ -53,10 +57,21 @@ def outspoken(step: LabelledStep) -> LabelledStep:
     if m is not None:
         a, b = m.span(1)
         step = replace(step, text=f"{step.text[:a]}{'if':<{b - a}}{step.text[b:]}")
-    for pattern in (_POLITE, _SAYING, _BY_CAMERA):
+    for pattern in (_POLITE, _SAYING):
         m = pattern.search(step.text)
         step = without(step, Extent(*m.span())) if m is not None else step
-    return _telegram(step)
+    return _telegram(_by_camera(step))
+
+
+def _by_camera(step: LabelledStep) -> LabelledStep:
+    """ "Confirm by camera that ...": with what it is seen is left out, and what looks is the verb."""
+    m = _BY_CAMERA.match(step.text)
+    if m is None or not lexicon().verbs["checking"].intersection(lemmas(m["verb"].casefold())):
+        return step
+    step = without(step, Extent(*m.span("means")))
+    if any(s.start < m.end("verb") for s in step.spans):
+        return step
+    return replace(step, spans=(KeywordSpan(*m.span("verb"), Kind.ACTION, m["verb"]), *step.spans))
 
 
 def _telegram(step: LabelledStep) -> LabelledStep:
