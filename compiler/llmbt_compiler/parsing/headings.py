@@ -9,11 +9,12 @@ from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import Extent, LabelledStep
-from llmbt_compiler.parsing.names import exactly_named
+from llmbt_compiler.parsing.names import Found, Talk, exactly_named
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import lexicon, tokens
 
-__all__ = ["from_to", "headed", "in_turn", "named_by_heading"]
+__all__ = ["chosen_from", "from_to", "headed", "in_turn", "named_by_heading"]
 
 _SHORT = 300
 _FROM_TO = re.compile(
@@ -53,6 +54,18 @@ def headed(step: LabelledStep, scene: Scene) -> tuple[LabelledStep, str, Extent]
     )
 
 
+_OF = re.compile(r"^\W*(?:of|from\s+among|out\s+of|among)\s+(?P<things>[^,;:.]{3,60}?),\s*(?=\S)", re.IGNORECASE)
+
+
+def chosen_from(step: LabelledStep, scene: Scene, talk: Talk) -> tuple[LabelledStep, tuple[str, ...]]:
+    """ "Of the two balls, place the smaller one on ...": the step without these keywords, and the things."""
+    m = _OF.match(step.text[:_SHORT])
+    found = resolve_objects(tokens(step.text, *m.span("things")), scene, talk) if m is not None else None
+    if m is None or not isinstance(found, Found) or len(found.ids) < 2:
+        return step, ()
+    return replace(step, spans=tuple(s for s in step.spans if s.start >= m.end())), found.ids
+
+
 def in_turn(step: LabelledStep) -> LabelledStep:
     """The step without the keyword in "one box at a time"."""
     gone = [m.span("each") for m in _AT_A_TIME.finditer(step.text)]
@@ -69,6 +82,7 @@ def named_by_heading(step: LabelledStep) -> LabelledStep:
     head, verb, pronoun = spans[:3]
     pointing = lexicon().is_(pronoun.text.casefold(), "pronouns", "plural_pronouns")
     between = step.text[head.end : verb.start].strip(" *_")
-    if between != ":" or not pointing or step.text[verb.end : pronoun.start].strip():
+    lead = {t.text for t in tokens(step.text, verb.end, pronoun.start)}
+    if between != ":" or not pointing or not lead <= {"both", "all", "each", "of"}:
         return step
     return replace(step, spans=tuple(s for s in step.spans if s is not pronoun))

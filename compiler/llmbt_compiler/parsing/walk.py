@@ -17,7 +17,7 @@ from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, 
 from llmbt_compiler.parsing.clauses import clauses, extents
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.ground import Stop
-from llmbt_compiler.parsing.headings import headed
+from llmbt_compiler.parsing.headings import chosen_from, headed
 from llmbt_compiler.parsing.lacking import lacking
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.mentions import mentioned_in
@@ -170,6 +170,7 @@ class _Walker(Ordering):
         self.mentioned, self.used = mentioned(step, self.scene, self.scene.objects), []
         self.around = mentioned(step, self.scene, self.scene.places)
         self.ordered = arrangement(step.text) is not None
+        step, self.among = chosen_from(step, self.scene, self.talk())
         under = headed(step, self.scene)
         if under is not None:
             step, place, extent = under
