@@ -23,7 +23,7 @@ _RESTRICTION = re.compile(
 )
 _PASSING = frozenset({"past", "via", "across", "along", "beyond"})
 _GREETING = frozenset({"thank", "greet", "welcome"})
-_ASIDE = ("subordinate", "except", "negation", "stative")
+_ASIDE = ("subordinate", "negation", "stative")
 
 
 def mentions(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, Token]]:

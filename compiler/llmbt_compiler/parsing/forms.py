@@ -26,6 +26,7 @@ __all__ = [
     "let_go",
     "listed",
     "made_free",
+    "once_more",
     "place_of_its_own",
     "told_as_placing",
     "wanted_by",
@@ -35,15 +36,10 @@ _SHORT = 300
 _SURE = r"(?:(?:please\s+)?(?:make\s+sure|ensure|see\s+to\s+it)(?:\s+that)?\s+)?"
 _MODAL = r"(?:(?:should|must|will|has to|have to|needs? to|is to|are to)\s+)?"
 _GOES = re.compile(
-    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|ends?\s+up)"
+    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|ends?(?:\s+up)?)"
     r"|(?:should|must|will|has to|have to|needs? to|is to|are to)\s+(?:come|travel|move|return))\s+"
     r"(?:(?:back|down|up|over|out|across)\s+)*(?:on|onto|to|into|in|at)\s+"
     r"(?P<place>[^,;:.]{2,80}?)(?=\s+(?:except|apart\s+from|with\s+the\s+exception)\b|[\s.!]*$)",
-    re.IGNORECASE,
-)
-_IS_GIVEN = re.compile(
-    r"^\W*(?P<place>[^,;:.]{2,80}?)\s+(?:(?:(?:should|must|will)\s+)?(?:gets?|receives?|takes?)"
-    r"|(?:should|must|will|is to)\s+(?:hold|contain|house|have))\s+(?P<thing>[^,;:.]{2,80})[\s.!]*$",
     re.IGNORECASE,
 )
 _COLON = re.compile(
@@ -91,7 +87,8 @@ def _listed(text: str, start: int, end: int, scene: Scene) -> list[KeywordSpan] 
     spans = [KeywordSpan(a, b, Kind.DESTINATION, m["place"])]
     for part in _PART.finditer(m["things"]):
         a, b = (start + m.start("things") + i for i in part.span("name"))
-        if len(exactly_named(tokens(text, a, b), scene.objects)) != 1:
+        found = resolve_objects(tokens(text, a, b), scene, Talk({o.id: o.place for o in scene.map.objects}))
+        if not isinstance(found, Found) or found.corrected:
             return None
         spans.append(KeywordSpan(a, b, Kind.TARGET, part["name"]))
     return spans
@@ -105,7 +102,7 @@ def told_as_placing(step: LabelledStep, scene: Scene) -> LabelledStep:
         return step
     taken = {s.label for s in step.spans}
     lead = _LEAD.match(text) or _titled(step)
-    for pattern in (_GOES, _BE_ON, _THERE, _TAKES, _IS_GIVEN, _COLON):
+    for pattern in (_GOES, _BE_ON, _THERE, _TAKES, _COLON):
         m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
         if m is None or _ROBOT.match(m["thing"]):
             continue
@@ -114,7 +111,8 @@ def told_as_placing(step: LabelledStep, scene: Scene) -> LabelledStep:
             continue
         if any(s.label is Kind.ACTION and any(a <= s.start < b for a, b in named) for s in step.spans):
             continue
-        if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
+        inner = {s.label for s in step.spans if m.start("place") <= s.start}
+        if pattern is _COLON and inner >= {Kind.TARGET, Kind.DESTINATION}:
             continue
         if pattern is _COLON and (Kind.ACTION in taken or not re.search(r"\d", m["place"])):
             continue
@@ -360,9 +358,15 @@ _MADE = re.compile(
 )
 
 
+_ROOM = re.compile(
+    r"\b(?P<verb>make|create|get)\s+(?:some\s+)?(?:room|space)\s+(?:on|in|at)\s+(?:the\s+)?(?P<place>[^,;:.]{2,40}?)(?=\s*[.!]?\s*$)",
+    re.IGNORECASE,
+)
+
+
 def made_free(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "Make slot A2 free" clears it, where the library can."""
-    m = _MADE.search(step.text) if len(step.text) <= _SHORT else None
+    m = (_MADE.search(step.text) or _ROOM.search(step.text)) if len(step.text) <= _SHORT else None
     if m is None or len(exactly_named(tokens(step.text, *m.span("place")), scene.places)) != 1:
         return step
     frees = [t for t in scene.library.templates.values() if shape_of(t, scene.library) is Shape.FREE and t.verbs]
@@ -388,3 +392,45 @@ def let_go(step: LabelledStep) -> LabelledStep:
         return step
     spans = sorted((*step.spans, KeywordSpan(*m.span("let"), Kind.ACTION, m["let"])), key=lambda s: s.start)
     return replace(step, spans=tuple(spans), readings=())
+
+
+_DO = r"(?:perform|do|carry\s+out|execute|follow|apply|use|go\s+through|run\s+through|take|complete|repeat)"
+_STEPS = (
+    r"(?:actions?|steps?|procedures?|process|operations?|sequence|routine|moves?|thing|approach|treatment|pattern|rule)"
+)
+_AGAIN = tuple(
+    re.compile(
+        pattern + r"(?P<things>[^,;:.!?]{2,80}?)(?:,?\s+(?:again|too|as\s+well|also|now|please|likewise))*[\s.!]*$",
+        re.IGNORECASE,
+    )
+    for pattern in (
+        rf"\b(?P<verb>{_DO})\s+(?:exactly\s+)?(?:(?:these|those|this|that|the|all)\s+)*(?:same\s+|above\s+|previous\s+)*{_STEPS}\s+"
+        r"(?:again\s+|once\s+more\s+|over\s+)?(?:for|with|on|to)\s+",
+        rf"^\W*(?:and\s+)?(?P<verb>that|this|the\s+same|it|likewise|(?:the\s+)?same\s+{_STEPS})\s+(?:also\s+)?(?:goes|applies|holds|is\s+(?:true|valid)|counts)\s+"
+        r"(?:again\s+)?(?:for|to|with)\s+",
+    )
+)
+_ALIKE = re.compile(
+    r"^\W*(?:and\s+)?(?:please\s+)?(?P<verb>handle|treat|process|deal\s+with|proceed\s+with)\s+(?P<things>[^,;:.!?]{2,80}?)\s+"
+    r"(?:in\s+)?(?:(?:exactly\s+)?the\s+same(?:\s+(?:way|manner|fashion))?|likewise|similarly|accordingly|identically|this\s+way)[\s.!]*$",
+    re.IGNORECASE,
+)
+
+
+def once_more(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Perform these actions again for the coke", "that goes for the blue cup", "treat object 4 the same way"."""
+    for pattern in (*_AGAIN, _ALIKE):
+        m = pattern.search(step.text) if len(step.text) <= _SHORT else None
+        if m is None or any(lexicon().is_(t.text, "negation", "conditional") for t in tokens(step.text, 0, m.end())):
+            continue
+        found = resolve_objects(
+            tokens(step.text, *m.span("things")), scene, Talk({o.id: o.place for o in scene.map.objects})
+        )
+        if not isinstance(found, Found) or found.corrected:
+            continue
+        spans = (
+            KeywordSpan(*m.span("verb"), Kind.ACTION, "repeat"),
+            KeywordSpan(*m.span("things"), Kind.TARGET, m["things"]),
+        )
+        return replace(step, spans=spans, readings=())
+    return step

@@ -10,10 +10,11 @@ from itertools import dropwhile, pairwise
 
 from llmbt_atl.template import Role, Template
 from llmbt_compiler.keywords.labels import Kind
+from llmbt_compiler.parsing.beside import mentions
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Note, NoteKind
-from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk, exactly_named
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.phrase import conjuncts
 from llmbt_compiler.parsing.places import resolve_places
@@ -73,6 +74,7 @@ class Grounding:
     among: tuple[str, ...] = ()
     spared: tuple[str, ...] = ()
     taken_off: tuple[str | None, int] = (None, -9)
+    leading: tuple[Phrase, ...] = ()
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
     def __post_init__(self) -> None:
@@ -202,7 +204,17 @@ class Grounding:
         if isinstance(found, Fault):
             raise self.fault(found)
         self.told(found, phrase)
+        if pointing and set(found.ids) <= set(self.mentioned):
+            self.named_beside(found.ids)
         return found
+
+    def named_beside(self, ids: Sequence[str]) -> None:
+        """Where the step names things outside its keywords, that were read by "it"."""
+        parts = tokens(self.now.text)
+        for first, last in mentions(parts, self.scene):
+            name = tuple(t for t in parts if first.start <= t.start <= last.start)
+            if {e.id for e in exactly_named(name, self.scene.objects)} == set(ids):
+                self.use(*name)
 
     def narrowed(self, phrase: Phrase, talk: Talk, at: tuple[str, ...], picking: bool) -> Found | Fault:
         """A phrase's objects; where unlabelled words after it say a place ("everything on the shelf"), those there."""
@@ -226,6 +238,9 @@ class Grounding:
         """The objects that a parenthesis after a target, or an apposition, names or describes; None where it says
         something else."""
         parts = tuple(t for t in phrase.aside if t.text not in {",", "."}) or phrase.aside or phrase.after
+        if parts and parts[0].text == "not":  # "the white cylinder (not the ball)"
+            self.use(*parts)
+            return None
         if not parts or (not phrase.aside and not any(t.number or t.text in self.scene.colours for t in parts)):
             return None
         found = resolve_objects(parts, self.scene, Talk(self.ledger.where))
@@ -283,7 +298,7 @@ class Grounding:
         for phrase in locations:
             if all(lexicon().is_(t.text, "articles", "nowhere") or t.text in _VAGUE for t in phrase.parts):
                 continue
-            if phrase.about("home"):
+            if phrase.about("home") or (len(phrase.parts) == 1 and phrase.parts[0].text == "here"):
                 continue
             sure = self.sure(group)
             if phrase.relation or self.quiet(phrase):
@@ -333,6 +348,7 @@ class Grounding:
         for length in range(min(len(clause.exception), 12), 0, -1):
             found = resolve_objects(clause.exception[:length], self.scene, self.talk())
             if isinstance(found, Found):
+                self.use(*clause.exception[:length])
                 return list(found.ids)
             places = resolve_places(clause.exception[:length], self.scene, self.talk())
             if isinstance(places, Found) and not {ANYWHERE, ORIGIN} & set(places.ids):
@@ -403,6 +419,8 @@ class Grounding:
             at = [self.quiet_place(p) for p in locations]
             if self.lost and not at:
                 raise Stop
+            if picking and self.approached is not None and not self.ledger.pending:  # "approach the drum. Grasp, lift."
+                return Found((self.approached,))
             self.complain("E305", "no object is named", clause.extent, "what?", "name the object")
             raise Stop
         at_ids = self.from_where(group, locations)
@@ -420,7 +438,7 @@ class Grounding:
         if clause.exception:
             without += self.exception(clause)
         without += self.spared if set(self.spared) < set(ids) else ()
-        ids = tuple(i for i in ids if i not in without)
+        ids = self.led_by(tuple(i for i in ids if i not in without))
         if not ids:
             self.complain("E305", "no object is left to act on", clause.extent, "what?")
             raise Stop
@@ -442,6 +460,16 @@ class Grounding:
         each = [[i for i in whole.ids if all(self.scene.fits(self.scene[i], w) for w in words)] for words in said]
         ids = tuple(e[0] for e in each if len(e) == 1)
         return replace(whole, ids=ids) if set(ids) == set(whole.ids) else None
+
+    def led_by(self, ids: tuple[str, ...]) -> tuple[str, ...]:
+        """These things with those first that the step says come first."""
+        for phrase in self.leading:
+            found = resolve_objects(phrase.parts, self.scene, replace(self.talk(), targets=ids))
+            first = [i for i in (found.ids if isinstance(found, Found) else found.candidates) if i in ids]
+            if first:
+                self.use(*phrase.parts)
+                return (*first, *(i for i in ids if i not in first))
+        return ids
 
     def where_to(self, phrase: Phrase, container: Phrase | None = None) -> Found:
         """The places of a destination; what follows it ("on shelf level 1") has to agree."""
@@ -466,6 +494,8 @@ class Grounding:
             joint = Token("on", parts[-1].end, parts[-1].end)
             parts = (*parts, joint, *outer)
         found = resolve_places(parts, self.scene, self.talk())
+        if isinstance(found, Found) and len(parts) == 1 and lexicon().is_(parts[0].text, "there"):
+            self.pointed_at(found.ids)
         if isinstance(found, Fault) and found.code == "E302":
             objects = resolve_objects(phrase.parts, self.scene, self.talk())
             if isinstance(objects, Found) and objects.ids:
@@ -483,6 +513,15 @@ class Grounding:
             raise self.fault(found)
         self.told(found, phrase)
         return found
+
+    def pointed_at(self, places: Sequence[str]) -> None:
+        """Where the step names such a place outside its keywords, that was read by "there"."""
+        parts = tokens(self.now.text)
+        for first, last in mentions(parts, self.scene):
+            name = tuple(t for t in parts if first.start <= t.start <= last.start)
+            named = {e.id for e in exactly_named(name, self.scene.places)}
+            if named and named <= set(places):
+                self.use(*name)
 
     def with_noun(self, phrase: Phrase) -> Phrase:
         """ "From the top level to the middle one", "slot 1 of rack B ... the second one": with the noun of the place

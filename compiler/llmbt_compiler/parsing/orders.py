@@ -98,10 +98,10 @@ class Ordering(Acting):
 
     def idiom(self, clause: Clause) -> bool:
         """ "Take a look", "have a break": the noun tells what is done. "Do nothing with the apple"."""
-        after = [t.text for t in tokens(self.now.text, clause.extent.end)][:3]
+        after = [t.text for t in tokens(self.now.text, clause.extent.end)][:4]
         if after[:1] == ["nothing"] and clause.action.casefold() == "do":
             return True
-        return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 2 if after[0] in {"a", "an"} else 1])
+        return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 4 if after[0] in {"a", "an"} else 1])
 
     def stays(self, clause: Clause, things: Group) -> bool:
         """ "Leave object 6 where it is", or what is not in the hand."""
@@ -333,7 +333,9 @@ class Ordering(Acting):
             things = replace(things, destinations=real)
         groups = clause.groups or (Group(),)
         for i, group in enumerate(groups):
-            self.following = i > 0
+            self.following, self.leading = i > 0, self.led(groups[i + 1]) if i + 1 < len(groups) else ()
+            if i and self.led(group):
+                continue
             kept = Group(*(tuple(p for p in ps if p in things.phrases and not p.excluded) for ps in _of(group)))
             excluded = tuple(p for p in group.targets if p.excluded)
             if len(groups) > 1 and not kept.phrases:
@@ -345,6 +347,11 @@ class Ordering(Acting):
             except Stop:
                 self.lost = True
                 self.targets = ((), -9)
+
+    def led(self, group: Group) -> tuple[Phrase, ...]:
+        """ "The two balls on level 2, the white one first": what is to come first."""
+        after = [t.text for p in group.targets[-1:] for t in tokens(self.now.text, p.extent.end)[:1]]
+        return group.targets if after == ["first"] and len(group.phrases) == 1 else ()
 
     def on_hand(self, things: Group) -> bool:
         """Whether the targets are what is in the hand, or none are named."""

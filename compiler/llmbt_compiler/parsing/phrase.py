@@ -40,7 +40,7 @@ class Description:
     pronoun: str = ""
     partitive: bool = False  # "two of the blocks"
     anaphoric: bool = False  # "one" or "ones" in the place of a noun
-    demonstrative: bool = False  # "that block"
+    pointing: bool = False  # "this block"
 
     @property
     def many(self) -> bool:
@@ -78,7 +78,7 @@ def split_place(parts: Sequence[Token], *prepositions: str) -> tuple[tuple[Token
 _EXCEPTING = (
     ("with", "the", "exception", "of"), ("other", "than"), ("apart", "from"), ("aside", "from"), ("except", "for"),
     ("save", "for"), ("but", "not"), ("save",), ("except",), ("excepting",), ("excluding",), ("without",), ("besides",),
-    ("minus",), ("but",), ("barring",),
+    ("minus",), ("but",), ("barring",), ("leaving", "out"), ("leaving", "aside"), ("not", "counting"), ("ignoring",),
 )  # fmt: skip
 _BEING = frozenset({"that", "which", "who", "is", "are", "being", "be"})
 _NOT = frozenset({"not", "isnt", "arent", "non", "neither"})
@@ -281,10 +281,10 @@ class _Reader:
                     return True
         if lex.is_(t.text, "definite", "indefinite", "articles"):
             self.flags["definite" if not lex.is_(t.text, "indefinite") else "indefinite"] = True
+            if t.text in {"this", "that"}:
+                self.flags["pointing"] = True
             if t.text in {"these", "those"}:
                 self.flags["plural"] = True
-            if t.text in {"this", "that"}:
-                self.flags["demonstrative"] = True
             return True
         return False
 

@@ -18,6 +18,7 @@ from llmbt_compiler.parsing.ground import Grounding, Open, Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, Note, NoteKind
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, exactly_named
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import natural
 from llmbt_compiler.parsing.verbs import Shape
@@ -31,6 +32,9 @@ _CAME_FROM = re.compile(
     r"\s*(?:back\s+)?(?:to\s+)?where\s+(?:it|they)\s+(?:was|were|(?P<came>came)|stood|had\s+been|has\s+been|have\s+been)\b",
     re.IGNORECASE,
 )
+_STOPS = frozenset({".", ";", "!", "?"})
+_SPREADING = frozenset({"distribute", "spread", "divide", "scatter", "split", "allocate"})
+_AT_PRESENT = frozenset({"currently", "presently", "now", "standing", "lying", "sitting", "located", "resting"})
 _ARROWS = frozenset({"->", "=>", "→", "⇒", "to"})
 _SIDE = frozenset({"the", "far", "very", "left", "right", "front", "back", "side", "end", "hand", "most"})
 
@@ -46,6 +50,7 @@ class Placing(Grounding):
     container: str | None = None
     wanting: dict[tuple[str, ...], Diagnostic] = field(default_factory=dict)
     begin: str | None = None
+    implied: bool = False  # the place of the clause at hand was not named
     following: bool = False  # another group of the same clause came before
 
     def fork(self) -> Self:
@@ -82,7 +87,13 @@ class Placing(Grounding):
             ):  # "object 1: sorting area -> position 11"
                 destinations.remove(a)
                 locations.append(a)
+        if len(destinations) > 1 and self.taken_from(targets, destinations[0], destinations[-1]):
+            locations.append(destinations.pop(0))  # "carry the things on the bar over to the desk"
+        for p in [p for p in destinations if len(destinations) > 1 and self.stated(p)]:
+            destinations.remove(p)
+            locations.append(p)
         placed_on = [p for p in locations if lex.is_(p.preposition, "at", "onto") and not p.relation]
+        placed_on = [p for p in placed_on if not self.relative(p)]
         if not destinations and placed_on and not self.all_there(targets, placed_on[-1]):
             destinations.append(placed_on[-1])
             locations.remove(placed_on[-1])
@@ -95,17 +106,60 @@ class Placing(Grounding):
             destinations = [missed]
         elif missed is not None and self.onwards(missed) and self.all_there(targets, destinations[-1]):
             locations, destinations = [*locations, *destinations], [missed]  # "the crates on rack A to the pallet"
+        if len(destinations) > 1:  # "bring it over here to me", "there is space in rack A, put it in there"
+            real = [p for p in destinations if not (len(p.parts) == 1 and lex.is_(p.parts[0].text, "there"))]
+            destinations = real if len(real) == 1 else destinations
+        if clause.action.casefold() in _SPREADING:  # "distribute the blocks over positions 11 and 12"
+            destinations = [replace(p, relation="") if p.relation == "over" else p for p in destinations]
         container = self.outer(destinations, locations)
         ids, words = self.brought(clause, replace(group, locations=tuple(locations)), excluded)
         extent = extent_of(clause, group)
-        self.begin = self.beginning(clause)
+        self.begin, self.implied = self.beginning(clause), False
         places = self.aims(clause, templates, destinations, ids, container)
+        ids = self.one_each(group, destinations, ids, places)
         self.put(clause, templates, ids, places, extent)
         taken_off, turn = self.taken_off
         if "aside" in clause.particles and taken_off == self.ledger.vacated is not None and self.turn - turn <= 1:
             self.place = (taken_off, self.turn)  # "there" is the place that was named, not where the thing went
         self.described = words or self.described
         self.last = tuple(t for t in templates if self.shape(t) is Shape.PLACE)
+
+    def one_each(
+        self, group: Group, destinations: Sequence[Phrase], ids: tuple[str, ...], places: tuple[str, ...]
+    ) -> tuple[str, ...]:
+        """ "A green block on each of positions 31 and 33": as many of the kind as there are places."""
+        each = any(t.text in {"each", "every"} for p in destinations for t in p.parts)
+        if not each or len(ids) != 1 or len(places) < 2 or len(group.targets) != 1:
+            return ids
+        parts = group.targets[0].parts
+        if not (lexicon().is_(parts[0].text, "indefinite") or parts[0].text == "one"):
+            return ids
+        count = replace(parts[0], text=str(len(places)), number=str(len(places)))
+        found = resolve_objects((count, *parts[1:]), self.scene, self.talk())
+        return found.ids if isinstance(found, Found) and len(found.ids) == len(places) else ids
+
+    def relative(self, phrase: Phrase) -> bool:
+        """Whether a relative clause tells a place ("everything that's on the table"): nothing is to go there."""
+        before = max((s.end for s in self.now.spans if s.end <= phrase.extent.start), default=0)
+        lead = {t.text for t in tokens(self.now.text, before, phrase.extent.start)}
+        return bool(lead & {"is", "are", "was", "were"}) and bool(lead & {"that", "which"})
+
+    def stated(self, phrase: Phrase) -> bool:
+        """Whether the words before a place say that a thing is there at the moment ("currently on position 34")."""
+        lead = [t.text for t in tokens(self.now.text, 0, phrase.extent.start) if not lexicon().is_(t.text, "articles")]
+        return lexicon().is_(phrase.preposition, "at") and len(lead) > 1 and lead[-2] in _AT_PRESENT
+
+    def taken_from(self, targets: Sequence[Phrase], first: Phrase, last: Phrase) -> bool:
+        """Whether the first of two places, right behind the only target, is where the things are now."""
+        lex = lexicon()
+        if len(targets) != 1 or not lex.is_(first.preposition, "at") or not lex.is_(last.preposition, "onto"):
+            return False
+        place = self.quiet_place(first)
+        behind = [t.text for t in tokens(self.now.text, targets[0].extent.end, first.extent.start)]
+        plain = [w for w in behind if not lex.is_(w, "articles")] == [first.preposition]
+        if place is None or place in {ANYWHERE, ORIGIN} or not plain or first.relation:
+            return False
+        return isinstance(resolve_objects(targets[0].parts, self.scene, self.talk(), at=(place,)), Found)
 
     def missed(self, clause: Clause, group: Group | None = None) -> Phrase | None:
         """A place behind the clause's target, or that of a group of it, that the tagger left unlabelled, told by a
@@ -116,6 +170,7 @@ class Placing(Grounding):
         later = (p.extent.start for p in clause.phrases if p not in phrases and p.extent.start > start)
         actions = (s.start for s in self.now.spans if s.label is Kind.ACTION and s.start > start)
         parts = tokens(self.now.text, start, min((*actions, *later), default=len(self.now.text)))
+        parts = tuple(takewhile(lambda t: t.text not in _STOPS, parts))
         found: list[Phrase] = []
         for first, last in mentions(parts, self.scene):
             name = tuple(t for t in parts if first.start <= t.start <= last.start)
@@ -160,7 +215,10 @@ class Placing(Grounding):
                 continue
             for length in range(len(words), 1, -1):
                 found = resolve_places(words[:length], self.scene, self.talk())
-                one = isinstance(found, Found) and len(found.ids) == 1 and not found.vague and not found.corrected
+                each = words[0].text in {"each", "every"}
+                one = (
+                    isinstance(found, Found) and (len(found.ids) == 1 or each) and not (found.vague or found.corrected)
+                )
                 if one and isinstance(found, Found) and found.ids[0] not in {ANYWHERE, ORIGIN}:
                     extent = Extent(words[0].start, words[length - 1].end)
                     yield Phrase(Kind.DESTINATION, words[:length], extent, t.text)
@@ -191,6 +249,8 @@ class Placing(Grounding):
         container: Phrase | None,
     ) -> tuple[str, ...]:
         """The places that the destinations name, or that the verb, the hand or the way gone imply."""
+        if len(destinations) == 1 and "back" in clause.particles and _its_place(destinations[0]):
+            return (ORIGIN,)  # "set it back in its slot"
         if destinations:
             return tuple(i for p in destinations for i in self.where_to(p, container).ids)
         if "back" in clause.particles or self.to_origin(clause):
@@ -216,6 +276,7 @@ class Placing(Grounding):
             aside = next((b for s in slots if (b := self.scene.buffer(s.type)) is not None), None)
             if aside is not None:
                 self.note(NoteKind.CHOSEN, f"aside is {aside}", clause.extent)
+                self.implied = True
                 return (aside,)
         standing = [self.ledger.of(i) for i in ids]
         down = not {"aside", "away", "off", "out"}.intersection(clause.particles)
@@ -234,6 +295,7 @@ class Placing(Grounding):
                 and all(p.buffer for p in self.scene.map.places if self.scene.is_a(p.id, slot.type))
             ):
                 self.note(NoteKind.CHOSEN, f"no place is named: {buffer}", clause.extent)
+                self.implied = True
                 return (buffer,)
             if self.shape(template) is Shape.PLACE and "_" in template.name:
                 continue
@@ -326,6 +388,9 @@ class Placing(Grounding):
     def one(self, templates: Sequence[Template], target: str, place: str, extent: Extent) -> None:
         if place == ORIGIN:
             start = self.origin.get(target)
+            left = self.ledger.vacated
+            if left is not None and self.scene.single(left) and self.of_another(target):
+                start = left  # "parcel 18 into its old slot": that of the parcel moved before
             if start is None:
                 self.complain("E305", f"the map does not say where {target} was", extent, "where?")
                 raise Stop
@@ -348,6 +413,14 @@ class Placing(Grounding):
         self.settled(target)
         self.container = place if note is not None or not self.scene.single(spot) else None
         self.place = (container or spot, self.turn)
+        left = self.ledger.vacated
+        if self.implied and left is not None and self.scene.single(left) and self.ledger.leaver == target:
+            self.place = (left, self.turn)  # "take it off position 12 and put it aside. Set the ball there"
+
+    def of_another(self, target: str) -> bool:
+        """Whether "its old slot" is that of the thing moved before: this one stands where it stood."""
+        old = any(t.text in {"old", "former", "previous"} for t in tokens(self.now.text))
+        return old and target not in self.ledger.handled and self.ledger.leaver not in {None, target}
 
     def template_for(self, templates: Sequence[Template], place: str) -> Template:
         """The first template into whose destination a place fits, or has a place that does."""
@@ -440,6 +513,14 @@ class Placing(Grounding):
         moves = self.ledger.moves
         last = [str(e.target) for e in moves if e.step.number == moves[-1].step.number and e.target is not None]
         return targets if len(targets) == 2 else tuple(dict.fromkeys(last))
+
+
+def _its_place(phrase: Phrase) -> bool:
+    """ "Its slot", "their places"."""
+    words = [t.text for t in phrase.parts]
+    lex = lexicon()
+    own = words[0] in {"its", "their"} and words[-1].removesuffix("s") in lex.places
+    return own and len(words) == 2
 
 
 def _owned(phrase: Phrase) -> Phrase:

@@ -62,6 +62,11 @@ def goings(step: LabelledStep, scene: Scene) -> LabelledStep:
 
 
 _IS = r"\s+(?:is|stands|sits|lies|are)(?:\s+(?:now|currently|right\s+now|at\s+the\s+moment))?"
+_TAKES = re.compile(
+    r"\W*(?P<one>[^,;:.]{2,60}?)\s+(?:should\s+|must\s+|will\s+)?(?P<verb>takes?)\s+the\s+(?:place|position|slot|spot)\s+of\s+"
+    r"(?P<other>[^,;:.]{2,60}?),?\s+and\s+(?:vice[\s-]+versa|the\s+other\s+way\s+(?:a?round))",
+    re.IGNORECASE,
+)
 _VICE_VERSA = re.compile(
     rf"\W*(?P<verb>\w+)\s+(?P<one>[^,;:.]{{2,60}}?)\s+(?:to\s+)?(?:where|the\s+\w+\s+(?:that|where))\s+(?P<other>[^,;:.]{{2,60}}?){_IS}"
     rf"(?:\s+on)?,?\s+and\s+(?:vice[\s-]+versa|the\s+other\s+way\s+(?:a?round)"
@@ -72,7 +77,8 @@ _VICE_VERSA = re.compile(
 
 def vice_versa(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "Put A where B is and vice versa", "... and B where A is": the two change places."""
-    m = _VICE_VERSA.fullmatch(step.text.rstrip(" .!")) if len(step.text) <= _SHORT else None
+    text = step.text.rstrip(" .!") if len(step.text) <= _SHORT else ""
+    m = _VICE_VERSA.fullmatch(text) or _TAKES.fullmatch(text)
     if m is None or not read_verb(m["verb"].casefold(), (), scene.library).templates:
         return step
     named = {
@@ -84,7 +90,7 @@ def vice_versa(step: LabelledStep, scene: Scene) -> LabelledStep:
     if "back" in ids and (ids["back"], ids["first"]) != (ids["other"], ids["one"]):
         return step
     spans = [KeywordSpan(*m.span("verb"), Kind.ACTION, "swap")]
-    spans += [KeywordSpan(*m.span(k), Kind.TARGET, m[k]) for k in ("one", "other")]
+    spans += [KeywordSpan(*m.span(k), Kind.TARGET, m[k]) for k in named]
     return replace(step, spans=tuple(spans), readings=())
 
 
