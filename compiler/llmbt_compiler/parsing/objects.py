@@ -222,7 +222,7 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
     if not base:
         return unknown(d, scene, True, said)
     if d.anaphoric and d.size and not talk.among and (talk.described or len(talk.targets) == 1):
-        kind = set(talk.described) or scene[talk.targets[0]].words
+        kind = set(talk.described) or scene[talk.targets[0]].words - scene.colours
         kind = {w for w in kind if lexicon().alike(w).isdisjoint(lexicon().sizes)}
         base = [
             e for e in base if all(scene.fits(e, w) for w in kind)

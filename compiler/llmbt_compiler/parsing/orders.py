@@ -76,6 +76,9 @@ class Ordering(Acting):
             self.left_out(clause, "changes no goal")  # "switch to standby mode"
         elif verb.is_("exchange"):
             self.exchange(clause, things)
+        elif verb.is_("leaving") and self.moved_here(clause, things):
+            words = clause.extent.cut(self.now.text)
+            self.complain("E304", f"`{words}`: the step moves it", clause.extent, "which?", "say what is to be moved")
         elif verb.is_("leaving") and things.targets and not things.destinations and self.stays(clause, things):
             if not self.ledger.pending:
                 self.mention(things)
@@ -102,6 +105,13 @@ class Ordering(Acting):
         if after[:1] == ["nothing"] and clause.action.casefold() == "do":
             return True
         return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 4 if after[0] in {"a", "an"} else 1])
+
+    def moved_here(self, clause: Clause, things: Group) -> bool:
+        """ "Empty the tray onto the pallet, but leave parcel 17": what the step moved is not to be."""
+        lead = [t.text for t in tokens(self.now.text, 0, clause.extent.start)][-2:]
+        ids = {i for p in things.targets for i in self.quiet(p)}
+        moved = {e.target for e in self.ledger.moves if e.step.number == self.now.number}
+        return "but" in lead and not (things.destinations or things.locations) and bool(ids & moved)
 
     def stays(self, clause: Clause, things: Group) -> bool:
         """ "Leave object 6 where it is", or what is not in the hand."""

@@ -50,7 +50,6 @@ class Placing(Grounding):
     container: str | None = None
     wanting: dict[tuple[str, ...], Diagnostic] = field(default_factory=dict)
     begin: str | None = None
-    implied: bool = False  # the place of the clause at hand was not named
     following: bool = False  # another group of the same clause came before
 
     def fork(self) -> Self:
@@ -114,7 +113,7 @@ class Placing(Grounding):
         container = self.outer(destinations, locations)
         ids, words = self.brought(clause, replace(group, locations=tuple(locations)), excluded)
         extent = extent_of(clause, group)
-        self.begin, self.implied = self.beginning(clause), False
+        self.begin = self.beginning(clause)
         places = self.aims(clause, templates, destinations, ids, container)
         ids = self.one_each(group, destinations, ids, places)
         self.put(clause, templates, ids, places, extent)
@@ -276,7 +275,6 @@ class Placing(Grounding):
             aside = next((b for s in slots if (b := self.scene.buffer(s.type)) is not None), None)
             if aside is not None:
                 self.note(NoteKind.CHOSEN, f"aside is {aside}", clause.extent)
-                self.implied = True
                 return (aside,)
         standing = [self.ledger.of(i) for i in ids]
         down = not {"aside", "away", "off", "out"}.intersection(clause.particles)
@@ -295,7 +293,6 @@ class Placing(Grounding):
                 and all(p.buffer for p in self.scene.map.places if self.scene.is_a(p.id, slot.type))
             ):
                 self.note(NoteKind.CHOSEN, f"no place is named: {buffer}", clause.extent)
-                self.implied = True
                 return (buffer,)
             if self.shape(template) is Shape.PLACE and "_" in template.name:
                 continue
@@ -388,9 +385,6 @@ class Placing(Grounding):
     def one(self, templates: Sequence[Template], target: str, place: str, extent: Extent) -> None:
         if place == ORIGIN:
             start = self.origin.get(target)
-            left = self.ledger.vacated
-            if left is not None and self.scene.single(left) and self.of_another(target):
-                start = left  # "parcel 18 into its old slot": that of the parcel moved before
             if start is None:
                 self.complain("E305", f"the map does not say where {target} was", extent, "where?")
                 raise Stop
@@ -413,14 +407,6 @@ class Placing(Grounding):
         self.settled(target)
         self.container = place if note is not None or not self.scene.single(spot) else None
         self.place = (container or spot, self.turn)
-        left = self.ledger.vacated
-        if self.implied and left is not None and self.scene.single(left) and self.ledger.leaver == target:
-            self.place = (left, self.turn)  # "take it off position 12 and put it aside. Set the ball there"
-
-    def of_another(self, target: str) -> bool:
-        """Whether "its old slot" is that of the thing moved before: this one stands where it stood."""
-        old = any(t.text in {"old", "former", "previous"} for t in tokens(self.now.text))
-        return old and target not in self.ledger.handled and self.ledger.leaver not in {None, target}
 
     def template_for(self, templates: Sequence[Template], place: str) -> Template:
         """The first template into whose destination a place fits, or has a place that does."""
