@@ -26,6 +26,7 @@ _IDLE = re.compile(
     r"|,?\s*\bfilling\s+(?:it|them)\s+(?:up\s+)?(?:starting\s+)?(?:from|with|at)\s+(?:its|the|their)\s+(?:first|lowest|left)\b[^,;.]{0,25}"
     r"|\blet\s+(?:me|us|the\s+(?:user|operator))\s+know\b(?:\s+(?:when|once|if|that|as\s+soon\s+as|about)\b[^,;.]*)?"
     r"|\bstand(?:ing)?\s+by\b(?:\s+for\b[^,;.]*)?"
+    r"|\bfor\s+the\s+(?:next|new|coming|upcoming|incoming|following)\s+(?:delivery|arrival|shipment|batch|load|round|job|order|task)\b"
     r"|(?<=\w)\s+if\s+(?:needed|necessary|required|need\s+be|applicable|desired)(?=\s*[.;!]|\s*$)",
     re.IGNORECASE,
 )
