@@ -194,7 +194,7 @@ def clauses(step: LabelledStep) -> tuple[Clause, ...]:
         clause = _clause(text, group, begin, end)
         if out and (lexicon().is_(out[-1].action.casefold(), "negation", "unreal") or _reported(text, out[-1], group)):
             clause = replace(clause, negated=True)
-        if out and out[-1].conditional and text.words_between(begin, clause.extent.start) in ([",", "and"], ["and"]):
+        if out and out[-1].conditional and _goes_on(text.words_between(begin, clause.extent.start)):
             clause = replace(clause, conditional=True)  # "if it falls, stop and pick it up"
         if nxt and _is_heading(text, group, nxt):
             clause = replace(clause, heading=True)
@@ -205,6 +205,12 @@ def clauses(step: LabelledStep) -> tuple[Clause, ...]:
         out.append(clause)
         begin = max((s.end for s in group), default=begin)
     return tuple(out)
+
+
+def _goes_on(between: Sequence[str]) -> bool:
+    """Whether no more than "and" stands between two clauses, and what belongs to the first one's verb ("up")."""
+    said = [w for w in between if w not in {"then", "simply", "just"} and not lexicon().is_(w, "particles")]
+    return said in ([",", "and"], ["and"])
 
 
 def _lender(text: _Text, groups: Sequence[Sequence[KeywordSpan]]) -> Sequence[KeywordSpan]:

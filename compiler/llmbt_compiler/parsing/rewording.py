@@ -27,6 +27,9 @@ _IDLE = re.compile(
     r"|\blet\s+(?:me|us|the\s+(?:user|operator))\s+know\b(?:\s+(?:when|once|if|that|as\s+soon\s+as|about)\b[^,;.]*)?"
     r"|\bstand(?:ing)?\s+by\b(?:\s+for\b[^,;.]*)?"
     r"|\bfor\s+the\s+(?:next|new|coming|upcoming|incoming|following)\s+(?:delivery|arrival|shipment|batch|load|round|job|order|task)\b"
+    r"|,\s*I\s+meant?\s+(?=the\b)[^,;.]*(?=\s*[.!]|\s*$)"
+    r"|(?<=\breturn\sit)\s+to\s+its\s+(?:own\s+|usual\s+|proper\s+)?(?:place|spot|slot|position)(?=\s*[.,;!]|\s*$)"
+    r"|(?<=\bback)\s+(?:to|in|into|on|onto)\s+its\s+(?:own\s+|usual\s+|proper\s+)?(?:place|spot|slot|position)(?=\s*[.,;!]|\s*$)"
     r"|(?<=\w)\s+if\s+(?:needed|necessary|required|need\s+be|applicable|desired)(?=\s*[.;!]|\s*$)",
     re.IGNORECASE,
 )
@@ -48,8 +51,8 @@ _LEFT = re.compile(
 
 def reworded(step: LabelledStep) -> LabelledStep:
     """The step in plain words, with as many characters."""
-    step = _silent(step)
-    return _vacated(_in_parentheses(step))
+    step = _go_and_wait(_silent(step))
+    return _vacant(_vacated(_in_parentheses(step)))
 
 
 def _silent(step: LabelledStep) -> LabelledStep:
@@ -97,3 +100,44 @@ def _vacated(step: LabelledStep) -> LabelledStep:
     kept = [s for s in step.spans if s not in touched]
     kept.append(KeywordSpan(a, a + len(plain), label, plain))
     return replace(step, text=text, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
+
+
+_VACANT = re.compile(
+    rf"(?:the|a|any)\s+(?:(?:first|next|lowest|lowest-numbered)\s+)?{_SLOT}(?P<inner>\s+(?:of|in|on)\s+(?:the\s+)?\w+(?:\s+\w+)?)?\s+"
+    r"(?:that|which)(?:['\u2019]s|\s+(?:is|are))\s+(?:still\s+|currently\s+)?(?:free|empty|available|vacant|unoccupied)\b",
+    re.IGNORECASE,
+)
+_WAITING = re.compile(
+    r"\b(?P<going>go(?:\s+over|\s+back)?|head|drive|walk)\s+(?:and\s+)?(?P<wait>wait|stay|stand\s+by|stop|remain|park)\s+"
+    r"(?:there\s+)?(?=(?:at|by|in|on|near)\s)",
+    re.IGNORECASE,
+)
+
+
+def _vacant(step: LabelledStep) -> LabelledStep:
+    """ "The first slot that is free" as "a free slot": which is the first does not depend on those that are taken."""
+    m = _VACANT.search(step.text)
+    if m is None:
+        return step
+    a, b = m.span()
+    plain = f"a free slot{m['inner'] or ''}"
+    touched = [s for s in step.spans if s.start < b and a < s.end]
+    if b - a < len(plain) or any(s.label is Kind.ACTION or s.start < a or b < s.end for s in touched):
+        return step
+    label = touched[0].label if touched else Kind.DESTINATION
+    kept = [s for s in step.spans if s not in touched]
+    kept.append(KeywordSpan(a, a + len(plain), label, plain))
+    text = step.text[:a] + plain.ljust(b - a) + step.text[b:]
+    return replace(step, text=text, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
+
+
+def _go_and_wait(step: LabelledStep) -> LabelledStep:
+    """ "Go and wait at the desk" goes there."""
+    m = _WAITING.search(step.text)
+    if m is None or not any(s.label is Kind.ACTION and s.start == m.start() for s in step.spans):
+        return step
+    after = next((s for s in step.spans if s.start >= m.end()), None)
+    step = without(step, Extent(m.end("going"), m.end()))
+    if after is None or after.label is not Kind.LOCATION:
+        return step
+    return replace(step, spans=tuple(replace(s, label=Kind.DESTINATION) if s == after else s for s in step.spans))

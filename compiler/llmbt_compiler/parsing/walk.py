@@ -17,6 +17,7 @@ from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, 
 from llmbt_compiler.parsing.clauses import clauses
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.frames import among
+from llmbt_compiler.parsing.gist import gist
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.headings import headed
 from llmbt_compiler.parsing.lacking import lacking
@@ -105,6 +106,22 @@ class _Walker(Ordering):
         return frozenset(out)
 
     def after(self, step: LabelledStep) -> _Walker:
+        """The walker after a step. One that is not understood, or asks for nothing, is read by its gist, if it has one."""
+        before, acts = self.errors(), self.ledger.acts
+        kept = self.fork()
+        walker = self.explained(step)
+        if walker.errors() <= before and walker.ledger.acts > acts:
+            return walker
+        plain = gist(step, self.scene, kept.talk()) if len(step.text) <= _LONGEST else None
+        if plain is None:
+            return walker
+        other = kept.read(plain)
+        if other.errors() > before or other.ledger.acts == acts:
+            return walker
+        other.note(NoteKind.CORRECTED, f"read as `{plain.text}`", Extent(0, len(step.text)))
+        return other
+
+    def explained(self, step: LabelledStep) -> _Walker:
         """The walker after a step. Where it is not understood, what it adds to a name that is clear without it is
         passed over, unless that names something else."""
         extent = explanation(step, self.scene) if len(step.text) <= _LONGEST and {",", "("} & set(step.text) else None
