@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from llmbt_atl.template import Role, Template
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
+from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found
@@ -146,6 +147,11 @@ class Acting(Placing):
         to += [p for p in group.destinations if not p.preposition or p.preposition in _COMMAS]
         to += [p for p in group.locations if p.preposition in _PAUSES and self.elsewhere(group.targets, p)]
         gets = clause.action.casefold() in _RECEIVING
+        who = [p for p in to if not p.preposition and p.extent.end <= clause.extent.start and self.somebody(p)]
+        if who and not gets:  # "the user takes the coke"
+            said = who[0].extent.cut(self.now.text)
+            self.complain("E314", f"`{said}` is named, and what for is not understood", who[0].extent)
+            raise Stop
         to = [
             p
             for p in to

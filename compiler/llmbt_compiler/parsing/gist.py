@@ -32,7 +32,7 @@ _BELONGING = frozenset({
     "target", "due", "set", "aside", "earmarked", "designated", "assigned", "allocated", "wanted", "needed", "needs",
     "need", "want", "wants", "like", "see", "have", "get", "gets", "getting", "make", "sure", "arrive", "arrives",
     "arriving", "land", "lands", "come", "comes", "do", "let", "moved", "made", "given", "follow", "follows", "join",
-    "joins", "turn", "reach", "reaching", "reached", "let", "release", "releasing", "lower", "lowering", "gently",
+    "joins", "turn", "reach", "reaching", "reached", "release", "releasing", "lower", "lowering", "gently",
     "takes", "take", "supposed", "expected", "required", "ready", "spot", "place", "seat", "sees", "it", "they",
     "travel", "travels", "sit", "live", "lives", "stay", "rest", "spend", "change", "over", "across",
 })  # fmt: skip
@@ -44,8 +44,8 @@ _PLAIN = frozenset({
     "may", "can", "could", "ought", "kindly", "just", "simply", "down", "straight", "right", "directly", "carefully",
     "slowly", "safely", "immediately", "turn", "all", "both", "one", "place", "correct", "proper", "new", "final",
     "itll", "theyll", "ill", "well", "youll", "is", "been", "respectively", "each", "thereupon", "stead", "toward",
-    "towards", "over", "along", "by", "id", "accordingly", "exactly", "precisely", "really", "only", "job", "task",
-    "ok", "okay", "alright", "right", "up", "back", "out", "off", "way", "spot", "slot", "position", "convey", "my",
+    "towards", "over", "along", "by", "accordingly", "exactly", "precisely", "really", "only", "job", "task",
+    "ok", "okay", "alright", "up", "back", "out", "off", "way", "spot", "slot", "position", "convey", "my",
     "kind", "good", "instead", "suits", "suit", "better", "best", "enough", "obliged", "grateful", "appreciate", "pleased", "glad", "happy", "help", "through",
 })  # fmt: skip
 _ASIDE = re.compile(
@@ -72,7 +72,10 @@ _GOAL = frozenset({"to", "into", "onto", "on", "in", "at", "for", "toward", "tow
 _TO = frozenset({"to", "into", "onto", "for", "toward", "towards"})
 _REFERRING = frozenset({"it", "them", "they", "both"})
 _POLITE = re.compile(r"^\W*(?:please\s+)?(?:could|would|can|will|might|may)\b", re.IGNORECASE)
-_TRAVELLING = frozenset({"over", "back", "off", "on", "please", "now", "next", "then", "to", "the", "and", "first", "go"})
+_MAYBE = frozenset({"may", "might", "could", "can"})
+_TRAVELLING = frozenset(
+    {"over", "back", "off", "on", "please", "now", "next", "then", "to", "the", "and", "first", "go"}
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,14 +91,26 @@ class _Named:
 
 def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
     """The step put plainly; None where it says more, or less."""
+    whole = step.text
     silent = _ASIDE.sub(lambda m: (" " if m.start() == 0 else ",").ljust(len(m[0])), step.text)
     step = replace(step, text=silent)
     line = tokens(step.text)
-    if not line or len(step.text) > _LONGEST or _idle(line[0].text, scene) or (line[-1].text == "?" and not _POLITE.match(step.text)):
+    begun = tokens(whole)[:2]
+    if begun and _idle(begun[0].text, scene) and (len(begun) == 1 or begun[1].text not in _MARKS):
+        return None
+    if (
+        not line
+        or len(step.text) > _LONGEST
+        or _idle(line[0].text, scene)
+        or (line[-1].text == "?" and not _POLITE.match(step.text))
+    ):
         return None
     named = _named(line, scene, talk)
     free = [t for i, t in enumerate(line) if not any(n.start <= i < n.end for n in named)]
     free = [t for t in free if t.text != "?"]
+    said = {t.text for t in free}
+    if "been" in said or (said & _MAYBE and not said & {"you", "we", "i"}):
+        return None  # what is so, or may be
     if not all(_says_nothing_else(t, scene) for t in free):
         return None
     named = [n for n in named if n.lead not in _SOURCE]
