@@ -144,6 +144,7 @@ class Acting(Placing):
         to = [p for p in (*group.destinations, *group.locations) if lex.is_(p.preposition, "onto")]
         to += [p for p in group.destinations if not p.preposition or p.preposition in _COMMAS]
         to += [p for p in group.locations if p.preposition in _PAUSES and self.elsewhere(group.targets, p)]
+        to += [p for p in group.destinations if p.preposition == "that" and self.one_person(p)]  # "see that he gets it"
         to = [p for p in to if not (p.preposition in _COMMAS and p.extent.start < clause.extent.start)]
         if not to and group.targets:
             to = [p for p in group.destinations if lex.is_(p.preposition, "at") and self.elsewhere(group.targets, p)]
@@ -175,6 +176,10 @@ class Acting(Placing):
         self.take(clause, templates[0], found.ids)
         for phrase in above:  # "hold it above position 21"
             self.carry_to(phrase)
+
+    def one_person(self, phrase: Phrase) -> bool:
+        place = self.quiet_place(phrase)
+        return place is not None and place not in {ANYWHERE, ORIGIN} and self.scene[place].person
 
     def gathers(self, targets: Sequence[Phrase], phrase: Phrase) -> bool:
         """Whether all of some things are spoken of, and none of them is at the place that a phrase names."""
