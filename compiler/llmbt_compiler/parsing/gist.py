@@ -17,6 +17,7 @@ from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
+from llmbt_compiler.parsing.rewording import reworded
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of, travel_template
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
@@ -28,7 +29,7 @@ _NP = 9
 _BELONGING = frozenset({
     "goes", "go", "going", "belong", "belongs", "end", "ends", "be", "is", "are", "up", "find", "finds", "fit", "fits",
     "receive", "receives", "accommodate", "house", "host", "occupy", "occupies", "fill", "fills", "filled", "waits",
-    "waiting", "reserved", "destined", "meant", "intended", "bound", "headed", "heading", "home", "destination",
+    "waiting", "reserved", "destined", "meant", "intended", "bound", "headed", "heading", "home", "stop", "destination",
     "target", "due", "set", "aside", "earmarked", "designated", "assigned", "allocated", "wanted", "needed", "needs",
     "need", "want", "wants", "like", "see", "have", "get", "gets", "getting", "make", "sure", "arrive", "arrives",
     "arriving", "land", "lands", "come", "comes", "do", "let", "moved", "made", "given", "follow", "follows", "join",
@@ -54,8 +55,8 @@ _ASIDE = re.compile(
     r"|as\s+(?:you\s+(?:know|can\s+see)|I\s+said|mentioned|agreed|always|usual|planned|promised|it\s+happens)[^,;.:]*"
     r"|whatever\s+(?:its|their|the)\b[^,;.:]*)\s*(?:,|(?=[.;:!])|\s[-\u2013\u2014](?=\s)|$)"
     r"|^\s*(?:minding|mind|watching|avoiding|heeding|taking\s+care|being\s+careful|without\s+(?:hurry|haste|rush))\b[^,;.:]*,"
-    r"|^\W*(?:(?:on\s+second\s+thoughts?|actually|oh|ah|sorry|no|wait|hang\s+on|hold\s+on|correction)\s*[,:\u2013\u2014-]?\s*)+"
-    r"|\b(?:next|first|last|final|only)\s+(?:stop|port\s+of\s+call|destination)\s+(?=for\b)|\bin\s+(?:its|their|his|her)\s+(?:stead|turn)\b"
+    r"|^\W*(?:(?:on\s+second\s+thoughts?|actually|oh|ah|sorry|no|wait|hang\s+on|hold\s+on|correction)\s*[,:\u2013\u2014-]\s*)+"
+    r"|,\s*not\s+(?:(?:on|to|in|onto|into)\s+)?(?:the\s+)?(?:\w+\s+)?(?:\w+)\s*(?:,|(?=[.;:!]|$))|\bin\s+(?:its|their|his|her)\s+(?:stead|turn)\b"
     r"|\bat\s+your\s+(?:earliest\s+)?convenience\b|\bI\s+(?:should|would|['\u2019]d)\s+be\s+(?:most|very|really|so|ever\s+so)?\s*"
     r"(?:obliged|grateful|glad|pleased|happy|thankful)\s+if\b|\bif\s+you\s+(?:would|could|will)(?:\s+be\s+so\s+\w+)?\b",
     re.IGNORECASE,
@@ -68,6 +69,7 @@ _GRIPPING = _GRIP | _MARKS | frozenset({
     "and", "careful", "gentle", "steady", "for", "finally",
 })  # fmt: skip
 _SOURCE = frozenset({"from", "off", "out"})
+_AROUND = frozenset({"over", "across", "along", "through", "by", "with", "of", "up", "than", "like", "and"})
 _GOAL = frozenset({"to", "into", "onto", "on", "in", "at", "for", "toward", "towards", "inside", "upon"})
 _TO = frozenset({"to", "into", "onto", "for", "toward", "towards"})
 _REFERRING = frozenset({"it", "them", "they", "both"})
@@ -92,8 +94,8 @@ class _Named:
 def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
     """The step put plainly; None where it says more, or less."""
     whole = step.text
-    silent = _ASIDE.sub(lambda m: (" " if m.start() == 0 else ",").ljust(len(m[0])), step.text)
-    step = replace(step, text=silent)
+    text = reworded(replace(step, spans=(), readings=())).text
+    step = replace(step, text=_ASIDE.sub(lambda m: (" " if m.start() == 0 else ",").ljust(len(m[0])), text))
     line = tokens(step.text)
     begun = tokens(whole)[:2]
     if begun and _idle(begun[0].text, scene) and (len(begun) == 1 or begun[1].text not in _MARKS):
@@ -111,8 +113,15 @@ def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
     said = {t.text for t in free}
     if "been" in said or (said & _MAYBE and not said & {"you", "we", "i"}):
         return None  # what is so, or may be
-    if not all(_says_nothing_else(t, scene) for t in free):
+    if len(named) == 1 and named[0].thing and said & _GRIP and said <= _GRIPPING:
+        return _written(step, [("pick", _cut(step, line, named[0]), "")])
+    if not all(_says_nothing_else(t, scene) for t in free) or _stops(line):
         return None
+    if any(n.thing and _related(line[n.end : n.end + 2]) for n in named):
+        return None
+    if named and named[0].thing and len(named[0].ids) > 1:
+        later = [i for n in named[1:] if n.thing for i in n.ids]
+        named = named[1:] if sorted(later) == sorted(named[0].ids) else named  # "The tea and the juice: the tea ..."
     named = [n for n in named if n.lead not in _SOURCE]
     things = [n for n in named if n.thing]
     places = _narrowest([n for n in named if not n.thing], scene)
@@ -120,16 +129,18 @@ def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
         going = line[0].text in {"to", "over", "back", "off"} and places[0].lead in _TO
         if going and all(t.text in _TRAVELLING | _MARKS for t in free):
             return _written(step, [("go", "", _cut(step, line, places[0]))])
-    if not places and len(things) == 1 and {t.text for t in free} & _GRIP and {t.text for t in free} <= _GRIPPING:
-        return _written(step, [("pick", _cut(step, line, things[0]), "")])
+    if not places and "there" in said and talk.place is not None and _about_placing(free, scene):
+        whole = _one_list(line, things)
+        there = step.text[line[whole[0]].start : line[whole[1] - 1].end] if whole else ""
+        return _written(step, [("put", there, "there")]) if there else None
     if not places or not _about_placing(free, scene):
         return None
     pointed = [t.text for t in free if t.text in {"it", "them"}]
     if len(set(pointed)) > 1:
         return None
-    if len({n.ids for n in places}) == 1 and places[0].lead in _GOAL | {""}:
+    if len({n.ids for n in places}) == 1 and places[0].lead not in _AROUND:
         whole = _one_list(line, things)
-        if things and not whole:
+        if things and (not whole or any(t.text in pointed and t.start < line[whole[0]].start for t in free[1:])):
             return None
         words = step.text[line[whole[0]].start : line[whole[1] - 1].end] if whole else "".join(pointed[:1])
         ids = tuple(i for n in things for i in n.ids)
@@ -153,7 +164,26 @@ def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
 
 def _idle(word: str, scene: Scene) -> bool:
     verb = read_verb(word, (), scene.library)
-    return word == verb.lemma and not verb.corrected and verb.is_("idle", "refraining", "checking", "leaving")
+    return word == verb.lemma and not verb.corrected and verb.is_("idle", "own", "refraining", "checking", "leaving")
+
+
+def _related(after: Sequence[Token]) -> bool:
+    """Whether a relative clause follows a thing that tells which it is, and not what is to be done with it."""
+    said = [t.text for t in after]
+    return said[:1] in (["that"], ["which"], ["who"]) and said[1:] != [] and said[1] not in _WISHED
+
+
+_WISHED = frozenset(
+    {"i", "id", "we", "wed", "you", "should", "must", "shall", "needs", "goes", "belongs", "ought", "has"}
+)
+
+
+def _stops(line: Sequence[Token]) -> bool:
+    """Whether something is to be stopped, and no stop is spoken of."""
+    return any(t.text == "stop" and (not i or line[i - 1].text not in _STOPS) for i, t in enumerate(line))
+
+
+_STOPS = frozenset({"next", "first", "last", "final", "only", "the", "one"})
 
 
 def _cut(step: LabelledStep, line: Sequence[Token], n: _Named) -> str:
@@ -239,18 +269,33 @@ def _named(line: Sequence[Token], scene: Scene, talk: Talk) -> list[_Named]:
 
 def _of(line: Sequence[Token], start: int, end: int, scene: Scene, talk: Talk) -> _Named | None:
     words = line[start:end]
-    if any(t.text in _MARKS - {"-"} for t in words) or words[-1].text == "-" or words[0].text == "-":
+    if any(t.text in _MARKS - {"-", ","} for t in words) or {words[0].text, words[-1].text} & {"-", ","}:
         return None
     lead = line[start - 1].text if start else ""
+    if len(words) == 1 and lexicon().is_(words[0].text, "me", "him"):
+        return _person(words[0], line[end].text if end < len(line) else "", start, lead, scene)
     for thing in (True, False):
         if not all(_fits(t, words, k, scene, thing) for k, t in enumerate(words)):
             continue
-        if thing and (lexicon().is_(words[0].text, *_POINTING) or words[-1].text in scene.colours):
+        if thing and (
+            (words[0].text != "both" and lexicon().is_(words[0].text, *_POINTING)) or words[-1].text in scene.colours
+        ):
             continue
-        found = (resolve_objects if thing else resolve_places)(words, scene, talk)
+        level = [t for t in words if t.text != ","]  # "third slot, top level"
+        if len(level) < len(words) and (thing or words[0].text not in lexicon().ordinals):
+            continue
+        found = (resolve_objects if thing else resolve_places)(level, scene, talk)
         if isinstance(found, Found) and not found.corrected and not (thing and {ANYWHERE, ORIGIN} & set(found.ids)):
             return _Named(start, end, found.ids, thing, lead)
     return None
+
+
+def _person(word: Token, after: str, start: int, lead: str, scene: Scene) -> _Named | None:
+    """ "To her", "for me", "(see that) he gets": not who acts."""
+    gets = word.text in {"he", "she"} and after in {"gets", "receives", "has"}
+    given = lead in _TO and word.text not in {"i", "we", "he", "she", "them"}
+    found = resolve_places((word,), scene, Talk()) if gets or given else None
+    return _Named(start, start + 1, found.ids, False, "to") if isinstance(found, Found) else None
 
 
 _POINTING = ("pronouns", "plural_pronouns", "there", "me", "him")
@@ -261,17 +306,19 @@ def _fits(t: Token, words: Sequence[Token], k: int, scene: Scene, thing: bool) -
     """Whether a word may belong to the name of a thing, or of a place."""
     lex = lexicon()
     if t.number is not None:
-        return len(words) > 1 or (not thing and False)
+        return len(words) > 1
     edge = k in {0, len(words) - 1}
     if lex.is_(t.text, "articles", "all", "rest", "both", "vacant") or t.text in lex.ordinals or t.text in lex.sizes:
         return k < len(words) - 1 or t.text in {"rest", "others"}
     if lex.is_(t.text, "top", "bottom", "middle", "last"):
         return k < len(words) - 1
     between = not edge and words[k - 1].number is not None and words[k + 1].number is not None
-    if (not edge and t.text in _INSIDE | {"-"}) or (between and lex.is_(t.text, "ranges")):
+    if (not edge and (t.text in _INSIDE | {"-"} or (t.text == "," and not thing))) or (
+        between and lex.is_(t.text, "ranges")
+    ):
         return True
-    if not thing and lex.is_(t.text, "me", "him"):
-        return len(words) == 1 and bool(scene.persons)
+    if lex.is_(t.text, "me", "him"):
+        return False
     if len(t.text) == 1 and t.word and k == len(words) - 1 and k:
         return True
     word = scene.word(t, thing)

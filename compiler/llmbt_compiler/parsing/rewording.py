@@ -27,9 +27,9 @@ _IDLE = re.compile(
     r"|\blet\s+(?:me|us|the\s+(?:user|operator))\s+know\b(?:\s+(?:when|once|if|that|as\s+soon\s+as|about)\b[^,;.]*)?"
     r"|\bstand(?:ing)?\s+by\b(?:\s+for\b[^,;.]*)?"
     r"|\bfor\s+the\s+(?:next|new|coming|upcoming|incoming|following)\s+(?:delivery|arrival|shipment|batch|load|round|job|order|task)\b"
+    r"|\bwhat\s+(?:he|she|I|they|the\s+user)\s+(?:ordered|wants?|wanted|would\s+like|asked\s+for|needs?|is\s+after)\s+"
+    r"(?:is|was|are|were)\s+(?=[^:.;]*:)"
     r"|,\s*I\s+meant?\s+(?=the\b)[^,;.]*(?=\s*[.!]|\s*$)"
-    r"|(?<=\breturn\sit)\s+to\s+its\s+(?:own\s+|usual\s+|proper\s+)?(?:place|spot|slot|position)(?=\s*[.,;!]|\s*$)"
-    r"|(?<=\bback)\s+(?:to|in|into|on|onto)\s+its\s+(?:own\s+|usual\s+|proper\s+)?(?:place|spot|slot|position)(?=\s*[.,;!]|\s*$)"
     r"|(?<=\w)\s+if\s+(?:needed|necessary|required|need\s+be|applicable|desired)(?=\s*[.;!]|\s*$)",
     re.IGNORECASE,
 )
@@ -44,14 +44,16 @@ _LEFT = re.compile(
     rf"\b(?:the\s+)?(?:now\s+)?(?P<noun>{_SLOT})\s+(?:that|which)?\s*(?:it|this|that|he|she|they|object\s+\d|\w+\s+\w)?\s*"
     r"(?:has|have|had|is|was)?\s*(?:just|now|thereby|thus)?\s*(?:been\s+)?"
     r"(?:freed|vacated|emptied|(?:left|leaves|leave|becomes?|became)(?:\s+(?:free|empty|open|vacant|behind))(?:\s+behind)?)"
-    r"(?:\s+(?:by\s+(?:it|this|that)|up|in\s+this\s+way|that\s+way))?(?=\s*[,.;!]|\s*$|\s+with\b|\s+by\b)",
+    r"(?:\s+(?:by\s+(?:it|this|that)|up|in\s+this\s+way|that\s+way))?(?=\s*[,.;!]|\s*$|\s+with\b|\s+by\b)"
+    rf"|\bthe\s+(?P<just>{_SLOT})\s+(?:(?:that\s+|which\s+)?(?:it|this|that|he|she|they)\s+(?:has|have)\s+(?:just\s+|now\s+)?(?:left|vacated)"
+    r"|(?:thus|thereby|just|so)\s+(?:vacated|freed|emptied))\b(?!\s+(?:there|it|them)\b)",
     re.IGNORECASE,
 )
 
 
 def reworded(step: LabelledStep) -> LabelledStep:
     """The step in plain words, with as many characters."""
-    step = _go_and_wait(_silent(step))
+    step = _go_and_wait(_silent(_to_its_place(_coloured(step))))
     return _vacant(_vacated(_in_parentheses(step)))
 
 
@@ -90,7 +92,7 @@ def _vacated(step: LabelledStep) -> LabelledStep:
     m = _LEFT.search(step.text)
     if m is None:
         return step
-    plain = f"vacated {m['noun']}"
+    plain = f"vacated {m['noun'] or m['just']}"
     a, b = m.span()
     if b - a < len(plain):
         return step
@@ -100,6 +102,35 @@ def _vacated(step: LabelledStep) -> LabelledStep:
     kept = [s for s in step.spans if s not in touched]
     kept.append(KeywordSpan(a, a + len(plain), label, plain))
     return replace(step, text=text, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
+
+
+_COLOURED = re.compile(r"(?<=\bexcept\s)(?:for\s+)?what\s+is\s+(?P<colour>[a-z]+)(?=\s)", re.IGNORECASE)
+
+
+def _coloured(step: LabelledStep) -> LabelledStep:
+    """ "Everything except what is green" leaves out the green ones."""
+    m = _COLOURED.search(step.text)
+    if m is None or any(s.label is Kind.ACTION and s.start < m.end() and m.start() < s.end for s in step.spans):
+        return step
+    a, b = m.span()
+    return replace(step, text=step.text[:a] + f"{m['colour']} ones".ljust(b - a) + step.text[b:])
+
+
+_ITS_PLACE = re.compile(
+    r"(?:(?<=\breturn\sit\s)|(?<=\bback\s))(?:to|in|into|on|onto)\s+its\s+(?:own\s+|usual\s+|proper\s+)?"
+    r"(?:place|spot|slot|position)(?=\s*[.,;!]|\s*$)",
+    re.IGNORECASE,
+)
+
+
+def _to_its_place(step: LabelledStep) -> LabelledStep:
+    """ "Return it to its place", "put it back in its slot": back."""
+    m = _ITS_PLACE.search(step.text)
+    if m is None:
+        return step
+    a, b = m.span()
+    step = without(step, Extent(a, b))
+    return replace(step, text=step.text[:a] + "back".ljust(b - a) + step.text[b:])
 
 
 _VACANT = re.compile(

@@ -107,7 +107,7 @@ class _Walker(Ordering):
 
     def after(self, step: LabelledStep) -> _Walker:
         """The walker after a step. One that is not understood, or asks for nothing, is read by its gist, if it has one."""
-        before, acts = self.errors(), self.ledger.acts
+        before, acts, stood = self.errors(), self.ledger.acts, self.ledger.standing()
         kept = self.fork()
         walker = self.explained(step)
         if walker.errors() <= before and (
@@ -118,7 +118,7 @@ class _Walker(Ordering):
         if plain is None:
             return walker
         other = kept.read(plain)
-        if other.errors() > before or other.ledger.acts == acts:
+        if other.errors() > before or other.ledger.standing() == stood:
             return walker
         other.note(NoteKind.CORRECTED, f"read as `{plain.text}`", Extent(0, len(step.text)))
         return other
