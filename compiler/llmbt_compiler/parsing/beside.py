@@ -62,11 +62,23 @@ def unread(step: LabelledStep, scene: Scene, used: Sequence[Extent]) -> tuple[Ex
     for first, last in (*mentions(parts, scene), *_described(parts, scene)):
         extent = Extent(first.start, last.end)
         known = any(u.start < extent.end and extent.start < u.end for u in (*used, *found))
-        if _free(step, first, last) and not known and not in_passing(parts, first, step, used):
+        aside = in_passing(parts, first, step, used) and not _waiting(parts, first, last, scene)
+        if _free(step, first, last) and not known and not aside:
             found.append(extent)
     return tuple(sorted(found))
 
 
+def _waiting(parts: Sequence[Token], first: Token, last: Token, scene: Scene) -> bool:
+    """Whether a place is named that is said to await something: "..., where position 24 is waiting for it"."""
+    before = [t.text for t in parts if t.end <= first.start and not lexicon().is_(t.text, "articles")][-1:]
+    after = [t.text for t in parts if t.start >= last.end][:2]
+    named = exactly_named([t for t in parts if first.start <= t.start <= last.start], scene.places)
+    return bool(named) and before == ["where"] and after[:1] == ["is"] and not _AWAITING.isdisjoint(after)
+
+
+_AWAITING = frozenset(
+    {"waiting", "ready", "reserved", "free", "empty", "available", "vacant", "kept", "open", "prepared"}
+)
 _DONE = re.compile(
     r"\b(?:after|once\s+you\s+(?:have|are\s+done))\s+(?P<verb>\w+(?:ing|ed))\b(?P<rest>[^,;.]*)", re.IGNORECASE
 )

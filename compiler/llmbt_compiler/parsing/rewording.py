@@ -26,6 +26,10 @@ _IDLE = re.compile(
     r"|,?\s*\bfilling\s+(?:it|them)\s+(?:up\s+)?(?:starting\s+)?(?:from|with|at)\s+(?:its|the|their)\s+(?:first|lowest|left)\b[^,;.]{0,25}"
     r"|\blet\s+(?:me|us|the\s+(?:user|operator))\s+know\b(?:\s+(?:when|once|if|that|as\s+soon\s+as|about)\b[^,;.]*)?"
     r"|\bstand(?:ing)?\s+by\b(?:\s+for\b[^,;.]*)?"
+    r"|\bfor\s+the\s+(?:next|new|coming|upcoming|incoming|following)\s+(?:delivery|arrival|shipment|batch|load|round|job|order|task)\b"
+    r"|\bwhat\s+(?:he|she|I|they|the\s+user)\s+(?:ordered|wants?|wanted|would\s+like|asked\s+for|needs?|is\s+after)\s+"
+    r"(?:is|was|are|were)\s+(?=[^:.;]*:)"
+    r"|,\s*I\s+meant?\s+(?=the\b)[^,;.]*(?=\s*[.!]|\s*$)"
     r"|(?<=\w)\s+if\s+(?:needed|necessary|required|need\s+be|applicable|desired)(?=\s*[.;!]|\s*$)",
     re.IGNORECASE,
 )
@@ -40,15 +44,17 @@ _LEFT = re.compile(
     rf"\b(?:the\s+)?(?:now\s+)?(?P<noun>{_SLOT})\s+(?:that|which)?\s*(?:it|this|that|he|she|they|object\s+\d|\w+\s+\w)?\s*"
     r"(?:has|have|had|is|was)?\s*(?:just|now|thereby|thus)?\s*(?:been\s+)?"
     r"(?:freed|vacated|emptied|(?:left|leaves|leave|becomes?|became)(?:\s+(?:free|empty|open|vacant|behind))(?:\s+behind)?)"
-    r"(?:\s+(?:by\s+(?:it|this|that)|up|in\s+this\s+way|that\s+way))?(?=\s*[,.;!]|\s*$|\s+with\b|\s+by\b)",
+    r"(?:\s+(?:by\s+(?:it|this|that)|up|in\s+this\s+way|that\s+way))?(?=\s*[,.;!]|\s*$|\s+with\b|\s+by\b)"
+    rf"|\bthe\s+(?P<just>{_SLOT})\s+(?:(?:that\s+|which\s+)?(?:it|this|that|he|she|they)\s+(?:has|have)\s+(?:just\s+|now\s+)?(?:left|vacated)"
+    r"|(?:thus|thereby|just|so)\s+(?:vacated|freed|emptied))\b(?!\s+(?:there|it|them)\b)",
     re.IGNORECASE,
 )
 
 
 def reworded(step: LabelledStep) -> LabelledStep:
     """The step in plain words, with as many characters."""
-    step = _silent(step)
-    return _vacated(_in_parentheses(step))
+    step = _go_and_wait(_silent(_to_its_place(_coloured(step))))
+    return _vacant(_vacated(_in_parentheses(step)))
 
 
 def _silent(step: LabelledStep) -> LabelledStep:
@@ -86,7 +92,7 @@ def _vacated(step: LabelledStep) -> LabelledStep:
     m = _LEFT.search(step.text)
     if m is None:
         return step
-    plain = f"vacated {m['noun']}"
+    plain = f"vacated {m['noun'] or m['just']}"
     a, b = m.span()
     if b - a < len(plain):
         return step
@@ -96,3 +102,73 @@ def _vacated(step: LabelledStep) -> LabelledStep:
     kept = [s for s in step.spans if s not in touched]
     kept.append(KeywordSpan(a, a + len(plain), label, plain))
     return replace(step, text=text, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
+
+
+_COLOURED = re.compile(r"(?<=\bexcept\s)(?:for\s+)?what\s+is\s+(?P<colour>[a-z]+)(?=\s)", re.IGNORECASE)
+
+
+def _coloured(step: LabelledStep) -> LabelledStep:
+    """ "Everything except what is green" leaves out the green ones."""
+    m = _COLOURED.search(step.text)
+    if m is None or any(s.label is Kind.ACTION and s.start < m.end() and m.start() < s.end for s in step.spans):
+        return step
+    a, b = m.span()
+    return replace(step, text=step.text[:a] + f"{m['colour']} ones".ljust(b - a) + step.text[b:])
+
+
+_ITS_PLACE = re.compile(
+    r"(?:(?<=\breturn\sit\s)|(?<=\bback\s))(?:to|in|into|on|onto)\s+its\s+(?:own\s+|usual\s+|proper\s+)?"
+    r"(?:place|spot|slot|position)(?=\s*[.,;!]|\s*$)",
+    re.IGNORECASE,
+)
+
+
+def _to_its_place(step: LabelledStep) -> LabelledStep:
+    """ "Return it to its place", "put it back in its slot": back."""
+    m = _ITS_PLACE.search(step.text)
+    if m is None:
+        return step
+    a, b = m.span()
+    step = without(step, Extent(a, b))
+    return replace(step, text=step.text[:a] + "back".ljust(b - a) + step.text[b:])
+
+
+_VACANT = re.compile(
+    rf"(?:the|a|any)\s+(?:(?:first|next|lowest|lowest-numbered)\s+)?{_SLOT}(?P<inner>\s+(?:of|in|on)\s+(?:the\s+)?\w+(?:\s+\w+)?)?\s+"
+    r"(?:that|which)(?:['\u2019]s|\s+(?:is|are))\s+(?:still\s+|currently\s+)?(?:free|empty|available|vacant|unoccupied)\b",
+    re.IGNORECASE,
+)
+_WAITING = re.compile(
+    r"\b(?P<going>go(?:\s+over|\s+back)?|head|drive|walk)\s+(?:and\s+)?(?P<wait>wait|stay|stand\s+by|stop|remain|park)\s+"
+    r"(?:there\s+)?(?=(?:at|by|in|on|near)\s)",
+    re.IGNORECASE,
+)
+
+
+def _vacant(step: LabelledStep) -> LabelledStep:
+    """ "The first slot that is free" as "a free slot": which is the first does not depend on those that are taken."""
+    m = _VACANT.search(step.text)
+    if m is None:
+        return step
+    a, b = m.span()
+    plain = f"a free slot{m['inner'] or ''}"
+    touched = [s for s in step.spans if s.start < b and a < s.end]
+    if b - a < len(plain) or any(s.label is Kind.ACTION or s.start < a or b < s.end for s in touched):
+        return step
+    label = touched[0].label if touched else Kind.DESTINATION
+    kept = [s for s in step.spans if s not in touched]
+    kept.append(KeywordSpan(a, a + len(plain), label, plain))
+    text = step.text[:a] + plain.ljust(b - a) + step.text[b:]
+    return replace(step, text=text, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
+
+
+def _go_and_wait(step: LabelledStep) -> LabelledStep:
+    """ "Go and wait at the desk" goes there."""
+    m = _WAITING.search(step.text)
+    if m is None or not any(s.label is Kind.ACTION and s.start == m.start() for s in step.spans):
+        return step
+    after = next((s for s in step.spans if s.start >= m.end()), None)
+    step = without(step, Extent(m.end("going"), m.end()))
+    if after is None or after.label is not Kind.LOCATION:
+        return step
+    return replace(step, spans=tuple(replace(s, label=Kind.DESTINATION) if s == after else s for s in step.spans))

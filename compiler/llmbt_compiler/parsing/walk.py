@@ -14,9 +14,10 @@ from itertools import pairwise
 from llmbt_atl.library import Library
 from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
-from llmbt_compiler.parsing.clauses import clauses, extents
+from llmbt_compiler.parsing.clauses import clauses
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.frames import among
+from llmbt_compiler.parsing.gist import gist
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.headings import headed
 from llmbt_compiler.parsing.lacking import lacking
@@ -30,6 +31,7 @@ from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.scoped import left_out_first
+from llmbt_compiler.parsing.sequence import in_time
 from llmbt_compiler.parsing.space import arrangement, certainty, related
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
@@ -104,6 +106,24 @@ class _Walker(Ordering):
         return frozenset(out)
 
     def after(self, step: LabelledStep) -> _Walker:
+        """The walker after a step. One that is not understood, or asks for nothing, is read by its gist, if it has one."""
+        before, acts, stood = self.errors(), self.ledger.acts, self.ledger.standing()
+        kept = self.fork()
+        walker = self.explained(step)
+        if walker.errors() <= before and (
+            walker.ledger.acts > acts or walker.ledger.standing() != kept.ledger.standing()
+        ):
+            return walker
+        plain = gist(step, self.scene, kept.talk()) if len(step.text) <= _LONGEST else None
+        if plain is None:
+            return walker
+        other = kept.read(plain)
+        if other.errors() > before or other.ledger.standing() == stood:
+            return walker
+        other.note(NoteKind.CORRECTED, f"read as `{plain.text}`", Extent(0, len(step.text)))
+        return other
+
+    def explained(self, step: LabelledStep) -> _Walker:
         """The walker after a step. Where it is not understood, what it adds to a name that is clear without it is
         passed over, unless that names something else."""
         extent = explanation(step, self.scene) if len(step.text) <= _LONGEST and {",", "("} & set(step.text) else None
@@ -205,7 +225,7 @@ class _Walker(Ordering):
         before = (self.ledger.acts, self.targets, self.place)
         earlier = len(self.diagnostics)
         asks = False
-        for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
+        for clause, (start, end) in in_time(found[:_MOST], step.text, spoken_of=self.spoken_of()):
             self.idle, self.barred = False, set()
             try:
                 for part in related(self, clause, start, end):
@@ -219,6 +239,10 @@ class _Walker(Ordering):
         self.overlooked(step, earlier, asks=asks)
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def spoken_of(self) -> bool:
+        """Whether "it" means something already."""
+        return bool(self.talk().targets or self.ledger.pending)
 
     def overlooked(self, step: LabelledStep, earlier: int, *, asks: bool) -> None:
         """Complain of what the step names or tells and no clause made anything of. `earlier` diagnostics are not of
