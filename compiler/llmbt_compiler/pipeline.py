@@ -10,12 +10,22 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any
 
 from llmbt_atl.state import domain_of
 from llmbt_compiler.asking import Asked, Slot, edit_for, edited, from_diagnostics, from_model, from_request, restated
 from llmbt_compiler.asking.answer import choose
-from llmbt_compiler.checking import contradictions, moved_all_the_same, open_points, too_many, unable, unknown_names
+from llmbt_compiler.checking import (
+    contradictions,
+    moved_all_the_same,
+    open_points,
+    too_many,
+    unable,
+    ungrounded,
+    unknown_names,
+    witnessed,
+)
 from llmbt_compiler.parsing import Goal, LabelledStep, Note, ParseResult
 from llmbt_compiler.reasoning.chat import Reply, answerable
 from llmbt_compiler.reasoning.dialogue import Dialogue
@@ -238,8 +248,12 @@ class _Run:
         for point in open_points(context.request, parsed, semantic_map, library, said):
             return from_request(point, semantic_map, library)
         sentences = tagged(_SENTENCES.findall(" ".join(context.request.split())[:_LONGEST]), context.tagger)
-        unknown = unknown_names(sentences, parsed.goals, semantic_map, library)
-        return next((from_request(p, semantic_map, library) for p in unknown), None)
+        points = chain(
+            witnessed(context.request, sentences, parsed.goals, semantic_map, library),
+            unknown_names(sentences, parsed.goals, semantic_map, library),
+            ungrounded(context.request, parsed.goals, semantic_map, library),
+        )
+        return next((from_request(p, semantic_map, library) for p in points), None)
 
     def answer(self, asked: Asked) -> str | None:
         """The user's answer, entered into what was said; None where there is none."""

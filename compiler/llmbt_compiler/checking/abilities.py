@@ -21,6 +21,9 @@ _MORE = frozenset({
     "open", "weigh", "warm", "chill", "taste", "unwrap", "grill", "toast", "microwave", "reheat", "butter", "repaint",
     "photograph", "repair", "fix", "bend", "sharpen", "dust", "decorate", "charge",
 })  # fmt: skip
+_SETTLING = frozenset({"fix", "repair"})
+_POINTING = frozenset({"it", "that", "this"})
+"""What is said before: "position 12 should have a block in it; fix that"."""
 _BEFORE = frozenset({"and", "then", "please", "also", "you", "just", "pls", "first", "to"})
 _MARKS = ENDS | {":", ","}
 _OBJECT = frozenset({
@@ -41,6 +44,9 @@ def unable(request: str, library: Library) -> Iterator[Diagnostic]:
         switched = t.text in {"turn", "switch"} and words[i + 1].text in {"on", "off"}
         tidied = t.text == "clean" and words[i + 1].text == "up"
         has_object = t.text in verbs and words[i + 1].text in _OBJECT and not tidied
+        settles = t.text in _SETTLING and words[i + 1].text in _POINTING
+        if settles:
+            continue
         if (has_object or (switched and t.text not in known)) and _is_ordered(words, i):
             can = ", ".join(t.name for t in library.templates.values() if t.verbs)
             title = f"the request asks to `{t.text}`, and nothing that the robot can do does that"

@@ -18,7 +18,7 @@ from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["Meant", "landmark", "meant_objects", "place_named"]
+__all__ = ["MASS", "Meant", "landmark", "meant_objects", "place_named"]
 
 _POINTING = frozenset({"the", "that", "this", "my", "your"})
 _INDEFINITE = frozenset({"a", "an", "some", "one"})
@@ -32,7 +32,7 @@ _TELLING = frozenset({
 _STANDING = frozenset({
     "that", "which", "is", "are", "thats", "whats", "stands", "standing", "right", "directly", "just",
     "lies", "lying", "sits", "sitting", "currently", "now", "still",
-    "located", "stored", "placed", "already", "what",
+    "located", "stored", "placed", "already", "what", "waiting", "kept", "resting", "parked", "sat",
 })  # fmt: skip
 _CLAUSE = frozenset({
     "that", "which", "thats", "whats", "stands", "standing", "lies", "lying", "sits", "sitting", "currently", "now",
@@ -42,10 +42,18 @@ _CLAUSE = frozenset({
 _AT = frozenset({"on", "in", "at", "from", "of", "off"})
 _ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then", "over"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "next", "beside", "between", "above", "below"})
-_MASS = frozenset({"cargo", "good", "everything"})
+MASS = frozenset({"cargo", "good", "everything"})
 _PUTTING = frozenset({"put", "place", "set", "move", "lay", "position", "stand", "shift", "drop", "stow", "store"})
 _FETCHING = frozenset({"pick", "take", "bring", "get", "fetch", "grab", "give", "hand", "want", "need", "collect"})
 _OPENING = frozenset({".", ",", ";", ":", "!", "?", "and", "then"})
+_EVERY = frozenset(
+    tuple(p.split())
+    for p in (
+        "you have", "we have", "i have", "you own", "we own", "youve got", "weve got", "ive got", "you can find",
+        "you can see", "there is", "available", "of all", "of them all", "of the lot", "of the whole lot", "of them",
+        "in the scene", "on the map", "around",
+    )
+)  # fmt: skip
 _USES = {"drink": "drink", "eat": "food", "snack": "snack"}
 _LONGEST = 5
 
@@ -173,7 +181,10 @@ def _colour_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
 
 def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
     """ "Two of the green blocks", "both yellow ones", "all three drinks"."""
-    if i and (words[i - 1].text in _EXACTLY or _numbers(words[i - 1], scene)):
+    before = words[i - 1] if i else None
+    if before is not None and (
+        before.text in _EXACTLY | {"any"} or before.text in lexicon().sizes or _numbers(before, scene)
+    ):
         return None
     j, exactly, count = i, False, None
     while j < len(words) and (words[j].text in _EXACTLY or words[j].text in {"exactly", "just", "only", "any"}):
@@ -245,7 +256,7 @@ def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:
         if t.text in lexicon().ordinals or t.text in lexicon().sizes or rank_of((t,), 0, 1) is not None:
             continue
         word = scene.word(t, True)
-        if not word.text or word.corrected or word.text in _MASS:
+        if not word.text or word.corrected or word.text in MASS:
             return 0
         if word.text not in scene.colours:
             if after is not None and after.text == "of" and word.text in lexicon().objects:
@@ -306,12 +317,18 @@ def _ranked(
     pool = world.every(of.core, True)
     if isinstance(pool, Fault):
         return Meant(start, of.stop, ())
-    ids, stop = _there(words, of.stop, pool[0], scene, where)
+    ids, stop = _there(words, _all_there_is(words, of.stop), pool[0], scene, where)
     if not ids or _tells(words, stop, scene):
         return Meant(start, stop, ())
     found = world.ranked(of, True, ids, words[start : of.stop], False)
     hit = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
     return Meant(start, of.stop, hit)
+
+
+def _all_there_is(words: Sequence[Token], at: int) -> int:
+    """Where words end that take nothing away: "the biggest block (you have, there is, of all)"."""
+    said = [t.text for t in words[at : at + 4]]
+    return at + max((len(p) for p in _EVERY if tuple(said[: len(p)]) == p), default=0)
 
 
 def _side(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Ranked | None:

@@ -28,7 +28,7 @@ from llmbt_ir.diagnostics import Diagnostic, Severity
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["OpenPoint", "open_points"]
+__all__ = ["VERBS", "OpenPoint", "left_open", "open_points"]
 
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
@@ -37,6 +37,9 @@ _LEAVING = frozenset({
 })  # fmt: skip
 _MOVING = frozenset({"move", "put", "place", "shift", "relocate", "transfer", "stow", "remove"})
 _TAKING = frozenset({"take", "bring", "get", "fetch", "give", "hand", "grab", "pick", "carry", "set"})
+VERBS = _MOVING | _TAKING
+"""What begins an order that brings something somewhere."""
+_MUST = frozenset({"has", "must", "should", "goes", "belongs", "needs", "ought"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "at", "under", "inside", "towards"})
 _STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "lies", "lying", "sits", "sitting"})
 _AT = frozenset({"on", "in", "at"})
@@ -85,25 +88,27 @@ def open_points(
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
         *_spots(words, line, parsed.goals, scene),
         *_pronouns(words, line, parsed.goals, scene),
-        *_passed_over(words, line, parsed, scene),
+        *_passed_over(words, line, parsed, scene, frozenset(mentioned_in(said, scene))),
         *_relations(words, line, parsed),
         *_nowhere(words, line, parsed.goals, scene),
     )
 
 
-def _passed_over(words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene) -> Iterator[OpenPoint]:
+def _passed_over(
+    words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene, said: frozenset[str]
+) -> Iterator[OpenPoint]:
     """Objects by their numbers or names, numbered places where nothing stands yet, and colours, that the request names
-    and the goals leave out; not where it may name them for another reason: as landmarks, in a condition, to be left
-    alone."""
+    and the goals and the steps leave out; not where it may name them for another reason: as landmarks, in a condition,
+    to be left alone."""
     if any(t.text in _LEAVING or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
         return
     landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
-    about = {a for g in parsed.goals for a in g.condition.args}
+    about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
     about |= {i for m in parsed.moves for i in (m.target, m.place)}
     for start, end, ids in _mentions(words, scene):
         if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
-            said = request[words[start].start : words[end - 1].end]
-            title = f"the request names `{said}`, and the reply passes over it"
+            named = request[words[start].start : words[end - 1].end]
+            title = f"the request names `{named}`, and the reply passes over it"
             yield OpenPoint(
                 Diagnostic("E143", title, span_of(words[start:end], request), "no goal is about it",
                            "say it again in other words, or leave it out", candidates=ids[:6])
@@ -190,10 +195,11 @@ def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene
     phrases = list(meant_objects(words, request, scene))
     for before, (a, b) in pairwise(said_in):
         it = next(
-            (i for i in range(a + 1, b) if words[i].text == "it" and words[i - 1].text in _MOVING | _TAKING), None
+            (i for i in range(a, b) if words[i].text == "it" and (_ordered(words, i - 1) or _ordered(words, i + 1))),
+            None,
         )
         told = [t.text for t in words[before[0] : before[1]]]
-        if it is None or set(told) & (_MOVING | _TAKING) or "and" not in told:
+        if it is None or set(told) & VERBS or "and" not in told:
             continue
         marks = {k for r in relations(words) for k in range(r.end, name_end(words, r))}
         named = [(m.start, m.id) for m in mentions_in(words, scene) if scene[m.id].movable]
@@ -205,6 +211,11 @@ def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene
             yield OpenPoint(_several(words[it : it + 1], request, ids, taken), taken[0])
 
 
+def _ordered(words: Sequence[Token], i: int) -> bool:
+    """Whether a verb stands here that makes an order of what is beside it: "move it", "it has to go"."""
+    return 0 <= i < len(words) and words[i].text in VERBS | _MUST
+
+
 def _points(
     words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene, said: frozenset[str]
 ) -> Iterator[OpenPoint]:
@@ -214,6 +225,7 @@ def _points(
     own = {m.id for m in mentions_in(words, scene)}
     spoken_of = set(named)
     phrases = {m.start: m for m in meant_objects(words, request, scene)}
+    among = set[str]()  # "the two blocks on the shelf ... the green one": of those two
     for i, t in enumerate(words):
         if i in numbered:
             found = _named(words, i, scene)
@@ -222,17 +234,19 @@ def _points(
         if i in phrases:
             phrase = phrases[i]
             fits = _not_there_yet(phrase, goals, scene)
+            fits = tuple(f for f in fits if f in among) if len(among & set(fits)) == 1 else fits
             taken = (moved & set(fits)) or (said & set(fits))
             if len(phrase.ids) < phrase.count:
                 yield OpenPoint(_too_few(words[i : phrase.end], request, phrase))
             elif (
                 len(fits) > len(taken) == phrase.count
                 and not (spoken_of & set(fits) or taken <= own)
-                and not _left_open(words, request, scene, movable=True)
+                and not left_open(words, request, scene, movable=True)
             ):
                 told = _several(words[i : phrase.end], request, fits, sorted(taken))
                 yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
             spoken_of |= set(fits) if len(fits) == 1 else set()
+            among = set(phrase.ids) if phrase.exactly and len(phrase.ids) == phrase.count else among
         if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())
             if isinstance(found, Fault) and found.code == "E301":
@@ -297,10 +311,12 @@ def _if(words: Sequence[Token], i: int) -> bool:
     return any(lexicon().is_(t.text, "conditional") for t in words[:i])
 
 
-def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bool) -> bool:
+def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bool) -> bool:
     """Whether the request says that any will do: any thing (`movable`), or any place."""
     for i, t in enumerate(words[:-1]):
         after = words[i + 1]
+        if after.number is not None and i + 2 < len(words):
+            after = words[i + 2]  # "any two of them"
         if (
             t.text == "any"
             and (scene.word(after, movable).text or not after.word)
@@ -319,7 +335,7 @@ def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: b
 
 def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """Phrases for places that fit several, of which the goals take one."""
-    if _left_open(words, request, scene, movable=False):
+    if left_open(words, request, scene, movable=False):
         return
     placed = [g.condition.args for g in goals if g.condition.name == "On" and not g.condition.negated]
     about = tuple(dict.fromkeys(a[0] for a in placed))
