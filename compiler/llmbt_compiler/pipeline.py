@@ -49,6 +49,8 @@ __all__ = [
 DIALOGUE = "dialogue.json"
 _SENTENCES = re.compile(r"[^.;!?]+[.;!?]*")
 _LONGEST = 2000
+_HOLDING = re.compile(r"\b(?:hold|holding|pick|lift|grasp|grip|hand)\b", re.IGNORECASE)
+"""Words of a request that wants a thing in the hand, and brought nowhere."""
 _OF_THE_REPLY = ("E103", "E104", "E105", "E106", "E107", "E108", "E109", "E101", "E102", "E130", "E133")
 """Faults of the asking itself: nothing was said that could be corrected."""
 
@@ -415,7 +417,8 @@ class _Run:
         for steps in self.readings(asked, answer, ids):
             parsed = parse.run(steps, context)
             about = {a for g in parsed.goals for a in g.condition.args}
-            if parsed.ok and all(about & {i, *(p.id for p in semantic_map.inside(i))} for i in ids):
+            brought = any(len(g.condition.args) > 1 for g in parsed.goals) or _HOLDING.search(context.request)
+            if parsed.ok and brought and all(about & {i, *(p.id for p in semantic_map.inside(i))} for i in ids):
                 self.said = self.said.settled(" ".join(s.text for s in steps))
                 return steps
         return None

@@ -82,4 +82,9 @@ def _moved(words: Sequence[Token], objects: Sequence[Meant], places: Sequence[Me
     landmarks |= {k for p in places for k in range(p.start, p.end)}
     spans = [(m.start, m.end, m.ids) for m in objects if len(m.ids) == m.count]
     spans += [(m.start, m.end, (m.id,)) for m in mentions_in(words, scene) if scene[m.id].movable]
+    taken = {k for a, b, _ in spans for k in range(a, b)} | {k for m in objects for k in range(m.start, m.end)}
+    for k, t in enumerate(words):  # "red goes next to the yellow one"
+        ids = tuple(e.id for e in scene.objects if t.text in e.colour)
+        if k not in taken and len(ids) == 1:
+            spans.append((k, k + 1, ids))
     return tuple(dict.fromkeys(i for a, b, ids in spans if not landmarks & set(range(a, b)) for i in ids))

@@ -39,6 +39,7 @@ _CLAUSE = frozenset({
     "located", "stored", "placed", "already", "from", "off",
 })  # fmt: skip
 """Words after a noun that say where a thing is, and not where it is to go."""
+_MODAL = frozenset({"must", "should", "has", "needs", "ought", "goes", "shall", "may", "can", "will", "belongs"})
 _AT = frozenset({"on", "in", "at", "from", "of", "off"})
 _ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then", "over"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "next", "beside", "between", "above", "below"})
@@ -82,6 +83,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
     the objects that it fits; none where what stands after it may tell more than is understood here."""
     where = {o.id: o.place for o in scene.map.objects}
     before: set[str] = set()
+    single: set[str] = set()
     earlier = _pointed_at(words, scene, where)
     for i, t in enumerate(words):
         before |= earlier.get(i, set())
@@ -91,6 +93,10 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
             yield found
             continue
         if i and words[i - 1].text in {"any", "either"}:
+            continue
+        other = _other(words, i, single, scene)
+        if other is not None:
+            yield other
             continue
         end = _noun(words, i, scene) if t.text in _POINTING | _INDEFINITE else 0
         if end:
@@ -110,6 +116,21 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
         if found is not None and found.ids and not (t.text in {"that", "this"} and before & set(found.ids)):
             yield replace(found, start=i)
             before |= set(found.ids)
+            single |= set(found.ids) if len(found.ids) == 1 else set()
+
+
+def _other(words: Sequence[Token], i: int, single: set[str], scene: Scene) -> Meant | None:
+    """ "The other green one", where one of them has been named before: what is left of them."""
+    if [t.text for t in words[i : i + 2]] != ["the", "other"] or i + 2 >= len(words):
+        return None
+    end = _noun((*words[: i + 1], *words[i + 2 :]), i, scene)
+    phrase = [t for t in words[i + 2 : end + 1] if t.text != "one"] if end else []
+    if not phrase or any(t.text in lexicon().sizes or t.text in lexicon().ordinals for t in phrase):
+        return None
+    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    left = tuple(o for o in found.ids if o not in single) if isinstance(found, Found) else ()
+    known = isinstance(found, Found) and single & set(found.ids)
+    return Meant(i, end + 1, left) if known and left and not _tells(words, end + 1, scene) else None
 
 
 def _pointed_at(words: Sequence[Token], scene: Scene, where: dict[str, str | None]) -> dict[int, set[str]]:
@@ -458,6 +479,8 @@ def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
         return not (at + 1 < len(words) and words[at + 1].text in _POINTING and _noun(words, at + 1, scene))
     if any(r.start == at for r in relations(words)):
         return False  # it says where to
+    if words[at].text in {"that", "which"} and at + 1 < len(words) and words[at + 1].text in _MODAL:
+        return False  # "the green one that must go to level 2"
     if words[at].text == "in":  # "in the sorting area", which is a destination; "in front", which tells
         return at + 1 < len(words) and words[at + 1].text in {"front", "between"}
     return words[at].text != "over"

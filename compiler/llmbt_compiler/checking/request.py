@@ -13,7 +13,7 @@ from itertools import pairwise, takewhile
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
-from llmbt_compiler.checking.sentences import ENDS, one_line, sentences, span_of
+from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
 from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.parsing import Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
@@ -23,7 +23,7 @@ from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.space.reading import name_end
-from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lexicon, singulars, tokens
 from llmbt_ir.diagnostics import Diagnostic, Severity
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
@@ -40,15 +40,10 @@ _TAKING = frozenset({"take", "bring", "get", "fetch", "give", "hand", "grab", "p
 VERBS = _MOVING | _TAKING
 """What begins an order that brings something somewhere."""
 _MUST = frozenset({"has", "must", "should", "goes", "belongs", "needs", "ought"})
-_ONTO = frozenset({"on", "onto", "in", "into", "to", "at", "under", "inside", "towards"})
+_ABOUT = frozenset({"that", "which", "you", "i", "we", "with", "one", "people", "everybody", "everyone", "they", "for"})
+_UNSURE = frozenset({"forget", "forgot", "forgotten", "remember", "unsure", "sure", "maybe", "perhaps", "recall"})
 _STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "lies", "lying", "sits", "sitting"})
 _AT = frozenset({"on", "in", "at"})
-_WAYS = frozenset({
-    "there", "here", "back", "aside", "together", "apart", "swap", "exchange", "switch", "order", "row", "line", "sort",
-    "arrange", "up", "down", "out", "me", "us", "him", "her", "where",
-    "higher", "forward", "forwards", "backward", "backwards", "upwards", "downwards", "free", "empty",
-    "clear", "over", "off", "original",
-})  # fmt: skip
 _LEFT_OPEN = re.compile(
     r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"
     r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
@@ -90,7 +85,7 @@ def open_points(
         *_pronouns(words, line, parsed.goals, scene),
         *_passed_over(words, line, parsed, scene, frozenset(mentioned_in(said, scene))),
         *_relations(words, line, parsed),
-        *_nowhere(words, line, parsed.goals, scene),
+        *_doubted(words, line, parsed.goals, scene),
     )
 
 
@@ -156,36 +151,32 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
         yield OpenPoint(told, place)
 
 
-def _nowhere(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
-    """A request that moves something and has no word for where to."""
-    away = any(t.text == "away" for t in words)
-    verbs = [i for i, t in enumerate(words) if t.text in _MOVING or (away and t.text in _TAKING)]
-    placed = [g.condition for g in goals if g.condition.name == "On" and not g.condition.negated]
-    if not verbs or not placed or any(_leads(words, i, scene) for i in range(len(words))):
-        return
-    places = dict.fromkeys(c.args[1] for c in placed)
-    taken = next(iter(places)) if len(placed) == 1 else None
-    title = f"where is {placed[0].args[0]} to go? the reply takes {', '.join(places)} without asking"
-    span = span_of(words[verbs[0] :], request)
-    yield OpenPoint(Diagnostic("E305", title, span, "no place is named", "name the place"), taken)
+def _doubted(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+    """ "Up to 31. Or was it 33?": two of a kind, and the user does not know which."""
+    about = {a for g in goals for a in g.condition.args}
+    unsure = any(t.text in _UNSURE for t in words)
+    for i, t in enumerate(words[:-1]):
+        if t.text != "or" or not (unsure or words[i + 1].text in {"was", "is", "were", "maybe", "perhaps", "rather"}):
+            continue
+        named = sorted((*((m.start, m.id) for m in mentions_in(words, scene)), *_numbers_alone(words, scene)))
+        before = [id_ for k, id_ in named if k < i]
+        after = [id_ for k, id_ in named if i < k <= i + 4]
+        if not before or not after or scene[before[-1]].movable != scene[after[0]].movable:
+            continue
+        pair = tuple(dict.fromkeys((before[-1], after[0])))
+        taken = [id_ for id_ in pair if id_ in about]
+        if len(pair) == 2 and len(taken) == 1:
+            what = "objects" if scene[pair[0]].movable else "places"
+            told = _several(words[i : i + 1], request, pair, taken, what)
+            yield OpenPoint(told, taken[0])
 
 
-def _leads(words: Sequence[Token], i: int, scene: Scene) -> bool:
-    """Whether a word may say where to: a place, a person, a way, an order, a number, or what stands after "in the"."""
-    t, lex = words[i], lexicon()
-    if t.text in scene.colours or lex.is_(t.text, "articles"):
-        return False
-    if t.number is not None and t.text != "one":
-        return True
-    after = words[i + 1] if i + 1 < len(words) else None
-    if t.text in _ONTO and [w.text for w in words[i + 1 : i + 3]] in (["my", "way"], ["the", "way"], ["our", "way"]):
-        return False
-    if t.text in _ONTO and after is not None and after.word and not (t.text == "to" and after.text in _MOVING):
-        return t.text not in {"to", "for"} or not lex.is_(after.text, "me") or after.text in {"me", "us"}
-    if t.text in _WAYS or lex.is_(t.text, "users", "relations", "rest", "same", "top", "bottom", "middle"):
-        return True
-    place = scene.word(t, False)
-    return bool(place.text) and not place.corrected and not scene.word(t, True).text
+def _numbers_alone(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, str]]:
+    """ "Up to 31": the one place with this number."""
+    for k, t in enumerate(words):
+        found = [p.id for p in scene.places if t.digits and p.number == t.number]
+        if len(found) == 1 and not (k and words[k - 1].text in scene[found[0]].stem):
+            yield k, found[0]
 
 
 def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
@@ -242,15 +233,41 @@ def _points(
                 len(fits) > len(taken) == phrase.count
                 and not (spoken_of & set(fits) or taken <= own)
                 and not left_open(words, request, scene, movable=True)
+                and not _explained(words, phrase.end)
             ):
                 told = _several(words[i : phrase.end], request, fits, sorted(taken))
                 yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
             spoken_of |= set(fits) if len(fits) == 1 else set()
             among = set(phrase.ids) if phrase.exactly and len(phrase.ids) == phrase.count else among
+        foreign = _foreign(words, i, scene)
+        if foreign is not None and not _if(words, i):
+            yield OpenPoint(_lacks(foreign, words[i : i + 2], request))
         if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())
             if isinstance(found, Fault) and found.code == "E301":
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
+
+
+def _explained(words: Sequence[Token], at: int) -> bool:
+    """Whether the sentence goes on to say which one is meant, in words that are not understood here: "..., and I mean
+    the one you can bite into"."""
+    _, stop = sentence_at(words, at)
+    said = [t.text for t in words[at : stop + 1]]
+    ones = [k for k in range(len(said) - 2) if said[k : k + 2] == ["the", "one"]]
+    return any(said[k - 1 : k] in (["mean"], ["meaning"], [","], ["not"]) and said[k + 2] in _ABOUT for k in ones)
+
+
+def _foreign(words: Sequence[Token], i: int, scene: Scene) -> Fault | None:
+    """ "The green ball", where nothing on the map is a ball: a noun that names things elsewhere."""
+    if words[i].text not in _HUES | scene.colours or i + 1 >= len(words):
+        return None
+    lex, noun = lexicon(), words[i + 1]
+    forms = set(singulars(noun.text))
+    elsewhere = any(forms & group for group in lex.groups) or forms & {w for s in lex.shapes.values() for w in s}
+    if not elsewhere or any(scene.word(noun, m).text for m in (True, False)):
+        return None
+    found = resolve_objects(words[i : i + 2], scene, Talk())
+    return found if isinstance(found, Fault) and found.code == "E301" else None
 
 
 def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene) -> Iterator[OpenPoint]:
