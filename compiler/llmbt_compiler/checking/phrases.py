@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import takewhile
 
 from llmbt_compiler.checking.comparisons import comparison
+from llmbt_compiler.checking.telling import hearsay, uncheckable
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Fault, Found, Talk
@@ -16,7 +17,7 @@ from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import Ranked, rank_of, relations, side_of
 from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.space.world import World
-from llmbt_compiler.parsing.words import Token, lexicon
+from llmbt_compiler.parsing.words import Token, lexicon, singulars
 
 __all__ = ["MASS", "Meant", "landmark", "meant_objects", "place_named"]
 
@@ -55,6 +56,11 @@ _EVERY = frozenset(
         "in the scene", "on the map", "around",
     )
 )  # fmt: skip
+_NOUNS = frozenset({
+    "one", "ones", "pair", "couple", "neighbour", "neighbor", "trio", "half", "side", "part", "kind", "sort", "lot",
+    "already", "there", "friend", "twin", "brother",
+})  # fmt: skip
+"""Words after a colour by which it is no noun, or told by more."""
 _USES = {"drink": "drink", "eat": "food", "snack": "snack"}
 _LONGEST = 5
 
@@ -85,11 +91,13 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
     before: set[str] = set()
     single: set[str] = set()
     earlier = _pointed_at(words, scene, where)
+    group: tuple[str, ...] = ()
     for i, t in enumerate(words):
         before |= earlier.get(i, set())
         found = _several(words, i, scene, where) or _something(words, i, scene) or _colour_alone(words, i, scene)
         if found is not None:
             before |= set(found.ids)
+            group = found.ids if len(found.ids) == found.count else group
             yield found
             continue
         if i and words[i - 1].text in {"any", "either"}:
@@ -106,7 +114,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
                 continue
             found = (
                 found
-                or _ranked(words, i + 1, end, line, scene, where)
+                or _ranked(words, i + 1, end, line, scene, where, group)
                 or _related(words, i + 1, end, line, scene, where)
                 or _plain(words, i + 1, end, scene, where)
             )
@@ -276,14 +284,33 @@ def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:
             return 0
         if t.text in lexicon().ordinals or t.text in lexicon().sizes or rank_of((t,), 0, 1) is not None:
             continue
+        if hearsay(words, j, scene):
+            continue
         word = scene.word(t, True)
         if not word.text or word.corrected or word.text in MASS:
             return 0
-        if word.text not in scene.colours:
+        if word.text in scene.colours:
+            if _is_all(t, after, word.plural, scene):
+                return j + 1
+        else:
             if after is not None and after.text == "of" and word.text in lexicon().objects:
                 return 0  # "the piece of furniture"
             return 0 if word.plural or (after is not None and after.number is not None) else j + 1
     return 0
+
+
+def _is_all(colour: Token, after: Token | None, plural: bool, scene: Scene) -> bool:
+    """Whether a colour is a noun itself: "the yellow, please", "smallest green and the red"."""
+    if plural or colour.owner:
+        return False
+    if after is None or not (after.word or after.number is not None):
+        return True
+    if lexicon().is_(after.text, "joints", "at", "onto", "from"):
+        return True
+    noun = any(scene.word(after, m).text for m in (True, False)) or after.text in _NOUNS
+    forms = {*singulars(after.text)}
+    noun = noun or any(forms & g for g in (*lexicon().groups, *map(frozenset, lexicon().shapes.values())))
+    return not (noun or after.text in lexicon().ordinals or after.text in lexicon().sizes or after.digits)
 
 
 def _compared(
@@ -322,10 +349,17 @@ def _clause(words: Sequence[Token], at: int) -> bool:
 
 
 def _ranked(
-    words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
+    words: Sequence[Token],
+    start: int,
+    end: int,
+    line: str,
+    scene: Scene,
+    where: dict[str, str | None],
+    group: Sequence[str] = (),
 ) -> Meant | None:
-    """ "The second largest block", "the yellow block at the back": what has the rank, all of a tie."""
-    of = rank_of(words, start, end) or _side(words, start, end, scene, where)
+    """ "The second largest block", "the yellow block at the back": what has the rank, all of a tie. "The middle one" is
+    one of the `group` that was named before."""
+    of = rank_of(words, start, end) or _of_one(words, start, end) or _side(words, start, end, scene, where)
     if of is None:
         return None
     if (
@@ -335,15 +369,32 @@ def _ranked(
     ):
         return None  # "put the red block on the right": it says where to
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
-    pool = world.every(of.core, True)
+    core = [t for t in of.core if t.text != "one"]
+    if not core and not group and _of_some(words, start, of.stop, scene):
+        return Meant(start, of.stop, ())
+    pool = world.every(core, True) if core else (tuple(group) or tuple(e.id for e in scene.objects),)
     if isinstance(pool, Fault):
         return Meant(start, of.stop, ())
     ids, stop = _there(words, _all_there_is(words, of.stop), pool[0], scene, where)
     if not ids or _tells(words, stop, scene):
         return Meant(start, stop, ())
-    found = world.ranked(of, True, ids, words[start : of.stop], False)
+    found = world.ranked(replace(of, core=tuple(core)), True, ids, words[start : of.stop], False)
     hit = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
     return Meant(start, of.stop, hit)
+
+
+def _of_one(words: Sequence[Token], start: int, end: int) -> Ranked | None:
+    """ "The biggest one": its "one" counts nothing."""
+    of = rank_of(words, start, end - 1) if words[end - 1].text == "one" and end - 1 > start else None
+    return replace(of, stop=end) if of is not None and of.stop == end - 1 else None
+
+
+def _of_some(words: Sequence[Token], start: int, stop: int, scene: Scene) -> bool:
+    """Whether "the bigger one" is one of things that are named elsewhere: "of the greens", "one of the two"."""
+    two = any(t.text.endswith("er") for t in words[start:stop])
+    of = stop < len(words) and words[stop].text == "of"
+    pair = any(t.text == "pair" or (t.word and len(t.text) > 3 and _plural(t, scene)) for t in words[:start])
+    return two or of or pair
 
 
 def _all_there_is(words: Sequence[Token], at: int) -> int:
@@ -399,7 +450,11 @@ def _goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
 
 
 def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
-    phrase = [t for t in words[start:end] if t.text != "one"]
+    told = [t for k, t in enumerate(words[start:end], start) if hearsay(words, k, scene)]
+    phrase = [t for t in words[start:end] if t.text != "one" and t not in told]
+    named = mentions_in(words[:start], scene) or any(t.text in scene.colours for t in words[:start])
+    if not phrase and told and not named:
+        phrase = [Token("object", words[start].start, words[start].start)]
     if not phrase or _parenthesis(words, end):
         return None
     if any(t.text in lexicon().sizes for t in phrase):  # "the big yellow block", of two
@@ -473,7 +528,7 @@ def place_named(words: Sequence[Token], at: int, scene: Scene) -> tuple[str | No
 
 def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     """Whether what stands right after a phrase may tell which one is meant, in words that are not understood here."""
-    if at >= len(words) or words[at].text not in _TELLING:
+    if at >= len(words) or words[at].text not in _TELLING or uncheckable(words, at, scene):
         return False
     if words[at].text == "with":  # "swap the red block with the white one"
         return not (at + 1 < len(words) and words[at + 1].text in _POINTING and _noun(words, at + 1, scene))
