@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import takewhile
 
 from llmbt_compiler.checking.comparisons import comparison
+from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.checking.telling import hearsay, uncheckable
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.mentions import mentions_in
@@ -48,6 +49,8 @@ MASS = frozenset({"cargo", "good", "everything"})
 _PUTTING = frozenset({"put", "place", "set", "move", "lay", "position", "stand", "shift", "drop", "stow", "store"})
 _FETCHING = frozenset({"pick", "take", "bring", "get", "fetch", "grab", "give", "hand", "want", "need", "collect"})
 _OPENING = frozenset({".", ",", ";", ":", "!", "?", "and", "then"})
+_OTHERS = frozenset({"they", "theyre", "she", "shes", "he", "hes", "theyve", "theyll", "somebody", "someone"})
+"""Who else wants or does something: what is said of them orders nothing."""
 _EVERY = frozenset(
     tuple(p.split())
     for p in (
@@ -61,6 +64,13 @@ _NOUNS = frozenset({
     "already", "there", "friend", "twin", "brother",
 })  # fmt: skip
 """Words after a colour by which it is no noun, or told by more."""
+_VAGUE = frozenset(
+    tuple(p.split())
+    for p in (
+        "a few", "some", "several", "a couple of", "a handful of", "most of", "half of", "half", "a bunch of", "many of",
+        "one or two", "two or three", "a pair of", "part of", "a number of",
+    )
+)  # fmt: skip
 _USES = {"drink": "drink", "eat": "food", "snack": "snack"}
 _LONGEST = 5
 
@@ -69,7 +79,7 @@ _LONGEST = 5
 class Meant:
     """A phrase, words[start:end], and all the things that it fits. `count`: of how many of them it speaks (0: of all);
     `exactly`: it says that there are no more ("both", "all three"); `stop`: where a clause ends that tells more of it
-    ("that's on the shelf"), or 0."""
+    ("that's on the shelf"), or 0; `vague`: of how many it speaks is not said ("a few of the greens")."""
 
     start: int
     end: int
@@ -77,6 +87,7 @@ class Meant:
     count: int = 1
     exactly: bool = False
     stop: int = 0
+    vague: bool = False
 
     @property
     def many(self) -> bool:
@@ -94,7 +105,13 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
     group: tuple[str, ...] = ()
     for i, t in enumerate(words):
         before |= earlier.get(i, set())
-        found = _several(words, i, scene, where) or _something(words, i, scene) or _colour_alone(words, i, scene)
+        found = (
+            _several(words, i, scene, where)
+            or _some_of(words, i, scene, where)
+            or _something(words, i, scene)
+            or _one_there(words, i, scene, where, group)
+            or _colour_alone(words, i, scene)
+        )
         if found is not None:
             before |= set(found.ids)
             group = found.ids if len(found.ids) == found.count else group
@@ -166,7 +183,7 @@ def landmark(words: Sequence[Token], at: int, scene: Scene) -> Meant | None:
     named = next((m for m in mentions_in(words[at:], scene) if m.start <= int(words[at].text in _POINTING)), None)
     if named is not None:
         return Meant(at, at + named.end, (named.id,))
-    several = _several(words, at, scene, where)
+    several = _several(words, at, scene, where) or _one_there(words, at, scene, where)
     if several is not None:
         return several
     end = _noun(words, at, scene) if words[at].text in _POINTING | _INDEFINITE else 0
@@ -253,6 +270,37 @@ def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str 
     return Meant(i, stop, ids, count, exactly)
 
 
+def _some_of(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
+    """ "A few of these blocks", "some of the greens", "a couple of drinks": which, and how many?"""
+    said = [t.text for t in words[i : i + 4]]
+    size = max((len(p) for p in _VAGUE if tuple(said[: len(p)]) == p), default=0)
+    j = i + size
+    while size and j < len(words) and words[j].text in {"of", "the", "these", "those", "my", "our", "more"}:
+        j += 1
+    end = next((k + 1 for k in range(j, min(len(words), j + 3)) if _plural(words[k], scene)), 0) if size else 0
+    phrase = [t for t in words[j:end] if t.text != "ones"]
+    if not phrase or any(not t.word for t in phrase) or rank_of(words, j, end) is not None:
+        return None
+    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    if not isinstance(found, Found) or found.corrected:
+        return None
+    ids, stop = _there(words, end, found.ids, scene, where)
+    return Meant(i, stop, ids, 0, vague=True)
+
+
+def _one_there(
+    words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None], group: Sequence[str] = ()
+) -> Meant | None:
+    """ "The one on level 1", "that one in the sorting area": what stands there, of those named before."""
+    if words[i].text not in _POINTING or [t.text for t in words[i + 1 : i + 2]] != ["one"]:
+        return None
+    ids, stop = _there(words, i + 2, [e.id for e in scene.objects], scene, where)
+    if stop == i + 2 or _puts(words, i) or _tells(words, stop, scene):
+        return None
+    named = {o for t in words[:i] for o in where if t.text in scene[o].colour} if not group else set(group)
+    return Meant(i, stop, tuple(o for o in ids if o in named) or tuple(ids), stop=stop)
+
+
 def _plural(t: Token, scene: Scene) -> bool:
     if t.text == "ones":
         return True
@@ -317,7 +365,7 @@ def _compared(
     words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
 ) -> Meant | None:
     """ "The block that is smaller than object 1": what compares so with one thing that is named, or nothing."""
-    begin = end
+    begin = end + 2 * ([t.text for t in words[end : end + 2]] == [",", "one"])
     while begin < len(words) and words[begin].text in _STANDING:
         begin += 1
     of = comparison(words, begin)
@@ -446,7 +494,8 @@ def _goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
     """Whether another place is named after a relation, or the verb before it puts nothing anywhere."""
     after = list(takewhile(lambda t: t.text not in {".", ";", "!", "?"}, words[stop:]))
     said = [t.text for t in words[:start] if t.text in _PUTTING or t.text in _FETCHING]
-    return any(t.text in _ONTO for t in after) or bool(said and said[-1] in _FETCHING)
+    others = any(t.text in _OTHERS for t in words[sentence_at(words, start)[0] : start])
+    return any(t.text in _ONTO for t in after) or bool(said and said[-1] in _FETCHING) or others
 
 
 def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:

@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise, takewhile
 
 from llmbt_atl.library import Library
+from llmbt_compiler.checking.doubts import doubted
 from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
+from llmbt_compiler.checking.sides import beside, shifts
 from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.parsing import Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
@@ -41,7 +43,6 @@ VERBS = _MOVING | _TAKING
 """What begins an order that brings something somewhere."""
 _MUST = frozenset({"has", "must", "should", "goes", "belongs", "needs", "ought"})
 _ABOUT = frozenset({"that", "which", "you", "i", "we", "with", "one", "people", "everybody", "everyone", "they", "for"})
-_UNSURE = frozenset({"forget", "forgot", "forgotten", "remember", "unsure", "sure", "maybe", "perhaps", "recall"})
 _STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "lies", "lying", "sits", "sitting"})
 _AT = frozenset({"on", "in", "at"})
 _LEFT_OPEN = re.compile(
@@ -49,7 +50,8 @@ _LEFT_OPEN = re.compile(
     r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
     r"|as you (?:like|please|wish)"
     r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them"
-    r"|all the same|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
+    r"|all the same|either of (?:\w+ ){1,6}(?:will|would|can|is|goes)|(?:am |['’]m )?not (?:fussy|fussed|bothered|picky)"
+    r"|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
     r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)"
     r"|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
     r"(?P<what>(?:\W+\w+){0,3})",
@@ -81,6 +83,7 @@ def open_points(
     return (
         *_misplaced(words, line, parsed, scene),
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
+        *_beyond(words, line, parsed.goals, scene),
         *_spots(words, line, parsed.goals, scene),
         *_pronouns(words, line, parsed.goals, scene),
         *_passed_over(words, line, parsed, scene, frozenset(mentioned_in(said, scene))),
@@ -154,29 +157,13 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
 def _doubted(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """ "Up to 31. Or was it 33?": two of a kind, and the user does not know which."""
     about = {a for g in goals for a in g.condition.args}
-    unsure = any(t.text in _UNSURE for t in words)
-    for i, t in enumerate(words[:-1]):
-        if t.text != "or" or not (unsure or words[i + 1].text in {"was", "is", "were", "maybe", "perhaps", "rather"}):
-            continue
-        named = sorted((*((m.start, m.id) for m in mentions_in(words, scene)), *_numbers_alone(words, scene)))
-        before = [id_ for k, id_ in named if k < i]
-        after = [id_ for k, id_ in named if i < k <= i + 4]
-        if not before or not after or scene[before[-1]].movable != scene[after[0]].movable:
-            continue
-        pair = tuple(dict.fromkeys((before[-1], after[0])))
-        taken = [id_ for id_ in pair if id_ in about]
-        if len(pair) == 2 and len(taken) == 1:
+    for i, pair in doubted(words, request, scene):
+        hit = {id_: [a for a in about if a == id_ or (not scene[id_].movable and scene.within(a, id_))] for id_ in pair}
+        taken = [id_ for id_ in pair if hit[id_]]
+        if len(taken) == 1:
             what = "objects" if scene[pair[0]].movable else "places"
             told = _several(words[i : i + 1], request, pair, taken, what)
-            yield OpenPoint(told, taken[0])
-
-
-def _numbers_alone(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, str]]:
-    """ "Up to 31": the one place with this number."""
-    for k, t in enumerate(words):
-        found = [p.id for p in scene.places if t.digits and p.number == t.number]
-        if len(found) == 1 and not (k and words[k - 1].text in scene[found[0]].stem):
-            yield k, found[0]
+            yield OpenPoint(told, hit[taken[0]][0] if len(hit[taken[0]]) == 1 else None)
 
 
 def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
@@ -230,7 +217,7 @@ def _points(
             if len(phrase.ids) < phrase.count:
                 yield OpenPoint(_too_few(words[i : phrase.end], request, phrase))
             elif (
-                len(fits) > len(taken) == phrase.count
+                (0 < len(taken) < len(fits) if phrase.vague else len(fits) > len(taken) == phrase.count)
                 and not (spoken_of & set(fits) or taken <= own)
                 and not left_open(words, request, scene, movable=True)
                 and not _explained(words, phrase.end)
@@ -341,6 +328,8 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
         ):
             return True
     for m in _LEFT_OPEN.finditer(request):
+        if movable and re.search(r"\bwhich one\b", m.group(0), re.IGNORECASE):
+            return True
         of_places = "where" in m.group(0).lower() or any(
             t.text in scene.generic(False) or t.text in {"side", "end", "level"}
             for t in takewhile(lambda t: t.text not in {"to", "onto", "into"}, tokens(m.group("what")))
@@ -362,6 +351,23 @@ def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
         if len(phrase.ids) > 1 and len(taken) == 1:
             told = _several(words[phrase.start : phrase.end], request, phrase.ids, taken, "places")
             yield OpenPoint(told, hit[taken[0]][0][1] if len(hit[taken[0]]) == 1 else None)
+    read = (*meant_places(words, request, scene, about), *meant_objects(words, request, scene))
+    for phrase, place in beside(words, read, placed, scene):
+        told = _several(words[phrase.start : phrase.end], request, phrase.ids, [place], "places")
+        yield OpenPoint(told, place)
+
+
+def _beyond(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+    """ "Two slots to the left", where there is but one."""
+    where = {o.id: o.place for o in scene.map.objects}
+    moved = [o for g in goals if g.condition.name == "On" and (o := g.condition.args[0])]
+    here = where.get(moved[0]) if len(moved) == 1 else None
+    for shift in shifts(words) if here is not None else ():
+        if here is not None and shift.beyond(here, scene):
+            said = request[words[shift.start].start : words[shift.end - 1].end]
+            title = f"the request names what is not there: `{said}` of {here} is no position"
+            span = span_of(words[shift.start : shift.end], request)
+            yield OpenPoint(Diagnostic("E142", title, span, "beyond the end", "say another place"))
 
 
 def _several(
