@@ -18,6 +18,7 @@ from llmbt_compiler.asking import Asked, Slot, edit_for, edited, from_diagnostic
 from llmbt_compiler.asking.answer import choose
 from llmbt_compiler.checking import (
     contradictions,
+    lacking,
     moved_all_the_same,
     open_points,
     too_many,
@@ -375,7 +376,7 @@ class _Run:
         An answer that names one of the candidates needs no model where the request itself reads as the step.
         """
         context = self.context
-        asked = from_model(question, context.semantic_map, context.library)
+        asked = self.told_what_lacks(from_model(question, context.semantic_map, context.library))
         self.said = self.said.question(question.text, asked.candidates, by="model")
         answer = self.consult(asked)
         if answer is None and self.table[self.last].name == "reason":
@@ -388,6 +389,15 @@ class _Run:
         if self.can_ask(following):
             return following
         return None if self.settled_here(asked, answer) else following
+
+    def told_what_lacks(self, asked: Asked) -> Asked:
+        """The model's question, told as what the scene lacks where the request names such a thing."""
+        point = lacking(self.context.request, self.context.semantic_map, self.context.library)
+        if point is None:
+            return asked
+        title = f"{point.diagnostic.title}; {asked.diagnostic.title}"
+        told = replace(point.diagnostic, title=title, help=asked.diagnostic.help, candidates=asked.candidates)
+        return replace(asked, diagnostic=told)
 
     def settled_here(self, asked: Asked, answer: str) -> bool:
         """Go on with the request itself as the steps, the answer in it, where it comes to goals that way."""

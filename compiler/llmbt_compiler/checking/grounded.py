@@ -15,6 +15,7 @@ from itertools import pairwise
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.request import VERBS, OpenPoint
 from llmbt_compiler.checking.sentences import one_line, span_of
+from llmbt_compiler.checking.unknown import unknown_place
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.scene import Scene
@@ -81,6 +82,12 @@ class _Request:
         return bool(self.texts & (_CLEARING | verbs["removing"])) or self.has("vacant")
 
     @property
+    def elsewhere(self) -> bool:
+        """ "Somewhere else", "elsewhere": where, is not said."""
+        texts = [t.text for t in self.words]
+        return "elsewhere" in texts or ["somewhere", "else"] in [texts[k : k + 2] for k in range(len(texts))]
+
+    @property
     def exchanges(self) -> bool:
         return bool(self.texts & (_EXCHANGE | lexicon().verbs["exchange"]))
 
@@ -114,6 +121,14 @@ def ungrounded(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, l
             label, hint = f"no word for {thing}", f"is {thing} right? else name the thing"
             yield OpenPoint(Diagnostic("E142", title, span, label, hint), thing)
         elif not _place(said, thing, place, any(p == said.where.get(thing) for o, p in placed if o != thing)):
+            unknown = unknown_place(said.words, scene)
+            if unknown is not None:
+                title = f"the request names `{unknown.text}`, and nothing in the scene goes by that name"
+                hint = "name a place of the scene"
+                yield OpenPoint(
+                    Diagnostic("E142", title, span_of((unknown,), line), "not in the map", hint, candidates=(place,)), place
+                )
+                continue
             title = f"where is {thing} to go? the reply takes {place} without asking"
             yield OpenPoint(Diagnostic("E305", title, span, "no place is named", "name the place"), place)
 
@@ -136,7 +151,7 @@ def _place(said: _Request, thing: str, place: str, wanted: bool) -> bool:
         return True
     around = {place, *scene.map.containers(place), *(p.id for p in scene.map.inside(place))}
     there = [o.id for o in scene.map.objects if o.place in around and o.id != thing]
-    if around & said.named or said.texts & _WHEREVER or _open_place(said):
+    if around & said.named or (said.texts & _WHEREVER and not said.elsewhere) or _open_place(said):
         return True
     if scene.single(place):
         ranked = said.has("top", "bottom", "middle") or any(t.text in lexicon().ordinals for t in said.words)

@@ -30,7 +30,7 @@ from llmbt_ir.diagnostics import Diagnostic, Severity
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["VERBS", "OpenPoint", "left_open", "open_points"]
+__all__ = ["VERBS", "OpenPoint", "lacking", "left_open", "open_points"]
 
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
@@ -58,6 +58,13 @@ _LEFT_OPEN = re.compile(
     re.IGNORECASE,
 )
 """Says that any of them will do."""
+_CORRECTED = re.compile(
+    r"\b(?:i meant?|scratch that|make (?:that|it)|no,? (?:sorry|wait|hang on|hold on)|sorry,? (?:no|not)|correction"
+    r"|on second thoughts?|or rather|strike that|changed my mind)\b",
+    re.IGNORECASE,
+)
+"""Takes something back that was said before."""
+_NOT = frozenset({"isnt", "arent", "wasnt", "werent", "doesnt", "dont", "didnt", "hasnt", "wont", "cant"})
 _TURNING = ("negation", "except", "instead", "conditional")
 _HUES = frozenset({*COLOURS, "gray", "violet", "cyan", "magenta", "turquoise", "gold", "golden"}) - {"wood"}
 
@@ -92,13 +99,25 @@ def open_points(
     )
 
 
+def lacking(request: str, semantic_map: SemanticMap, library: Library) -> OpenPoint | None:
+    """The first thing that the request names and the scene lacks, whatever is made of it: too few of a kind, a number,
+    a colour, what is not where the request has it."""
+    scene = Scene(semantic_map, library)
+    line = one_line(request)
+    words = tokens(line)
+    points = (*_misplaced(words, line, ParseResult(), scene), *_points(words, line, (), scene, frozenset()))
+    return next((p for p in points if p.diagnostic.code == "E142"), None)
+
+
 def _passed_over(
     words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene, said: frozenset[str]
 ) -> Iterator[OpenPoint]:
     """Objects by their numbers or names, numbered places where nothing stands yet, and colours, that the request names
     and the goals and the steps leave out; not where it may name them for another reason: as landmarks, in a condition,
     to be left alone."""
-    if any(t.text in _LEAVING or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
+    if any(t.text in _LEAVING | _NOT or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
+        return
+    if _CORRECTED.search(request) is not None:
         return
     landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
     about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
