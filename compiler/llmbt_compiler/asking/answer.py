@@ -25,6 +25,7 @@ from llmbt_ir.semantic_map import SemanticMap
 __all__ = ["Edit", "choose", "edit_for", "edited"]
 
 _MOST = 300
+_SIDES = frozenset({"left", "right", "middle", "end", "leftmost", "rightmost", "corner"})
 _POLITE = frozenset({
     "please", "thanks", "thank", "yes", "ok", "okay", "sure", "i", "mean", "meant", "want", "take", "use", "choose",
     "would", "like", "think", "say", "go", "with", "be", "it", "is", "was", "should", "put", "in", "on", "onto", "to",
@@ -68,7 +69,7 @@ def choose(answer: str, asked: Asked, semantic_map: SemanticMap, library: Librar
     told = [p.ids for p in meant_places(tokens(line), line, scene) if len(p.ids) == 1]
     if not ids and len(told) == 1:
         ids = told[0]  # "on level 2, the second position from the left"
-    if not ids and not relations(parts) and not any(_turned(t) for t in parts):
+    if not ids and not relations(parts) and not any(_turned(t) or t.text in _SIDES for t in parts):
         named = [i for i in mentioned_in(line, scene) if i in asked.candidates]
         ids = tuple(named) if len(named) == 1 else ()
     either = len(ids) > 1 and "or" in texts

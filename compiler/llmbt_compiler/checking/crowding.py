@@ -53,6 +53,7 @@ def too_many(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, lib
         places = _places(words, begin, end, scene)
         yield from _in_two(words, line, named, places, scene)
         yield from _on_one(words, line, named, places, scene)
+        yield from _stacked(words, line, begin, end, named, scene)
 
 
 def _full(
@@ -116,6 +117,18 @@ def _on_one(
         title = f"{places[0].ids[0]} takes one thing at a time, and the request wants {', '.join(ids)} there"
         span = span_of(words[named[0].start : places[0].end], line)
         yield Diagnostic("E308", title, span, "too many", "take another place")
+
+
+def _stacked(
+    words: Sequence[Token], line: str, begin: int, end: int, named: Sequence[_Named], scene: Scene
+) -> Iterator[Diagnostic]:
+    """ "Stack object 5 on object 6": nothing stands on a thing."""
+    verb = next((k for k in range(begin, end) if words[k].text in {"stack", "stacked", "pile"}), None)
+    for a, b in pairwise(named) if verb is not None else ():
+        between = [t.text for t in words[a.end : b.start] if not lexicon().is_(t.text, "articles")]
+        if between in (["on"], ["onto"], ["upon"], ["atop"]) and a.start > (verb or 0) and len(b.ids) == 1:
+            title = f"the request wants a thing on {b.ids[0]}, and things stand on places alone"
+            yield Diagnostic("E308", title, span_of(words[a.start : b.end], line), "no place", "name a place")
 
 
 def _objects(

@@ -15,6 +15,7 @@ from itertools import pairwise
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.request import VERBS, OpenPoint
 from llmbt_compiler.checking.sentences import one_line, span_of
+from llmbt_compiler.checking.telling import REMEMBERED
 from llmbt_compiler.checking.unknown import unknown_place
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
@@ -43,6 +44,7 @@ _ANYTHING = frozenset({
     "cargo", "goods", "all", "both", "each", "every", "one", "ones", "nothing", "eat", "drink", "food", "hungry",
     "thirsty", "contents", "content", "what", "stuff", "lot", "whichever",
 })  # fmt: skip
+_PLACES = frozenset({"place", "spot", "home", "position", "slot", "corner", "shelf", "level"})
 _EXCHANGE = frozenset({"where", "versa", "places"})
 
 
@@ -86,6 +88,13 @@ class _Request:
         """ "Somewhere else", "elsewhere": where, is not said."""
         texts = [t.text for t in self.words]
         return "elsewhere" in texts or ["somewhere", "else"] in [texts[k : k + 2] for k in range(len(texts))]
+
+    @property
+    def remembered(self) -> bool:
+        """ "Its usual place", "where it belongs": a place that only the user knows."""
+        texts = [t.text for t in self.words]
+        told = any(a.text in REMEMBERED and b.text in _PLACES for a, b in pairwise(self.words))
+        return told or any(texts[k : k + 3] == ["where", "it", v] for k in range(len(texts)) for v in ("belongs", "goes"))
 
     @property
     def exchanges(self) -> bool:
@@ -151,7 +160,11 @@ def _place(said: _Request, thing: str, place: str, wanted: bool) -> bool:
         return True
     around = {place, *scene.map.containers(place), *(p.id for p in scene.map.inside(place))}
     there = [o.id for o in scene.map.objects if o.place in around and o.id != thing]
-    if around & said.named or (said.texts & _WHEREVER and not said.elsewhere) or _open_place(said):
+    if around & said.named:
+        return True
+    if said.remembered:
+        return False
+    if (said.texts & _WHEREVER and not said.elsewhere) or _open_place(said):
         return True
     if scene.single(place):
         ranked = said.has("top", "bottom", "middle") or any(t.text in lexicon().ordinals for t in said.words)

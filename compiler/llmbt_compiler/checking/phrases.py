@@ -22,7 +22,7 @@ from llmbt_compiler.parsing.words import Token, lexicon, singulars
 
 __all__ = ["MASS", "Meant", "landmark", "meant_objects", "place_named"]
 
-_POINTING = frozenset({"the", "that", "this", "my", "your"})
+_POINTING = frozenset({"the", "that", "this", "my", "your", "her", "his", "our", "their"})
 _INDEFINITE = frozenset({"a", "an", "some", "one"})
 _EXACTLY = frozenset({"the", "all", "these", "those", "both"})
 _TELLING = frozenset({
@@ -109,6 +109,8 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
             _several(words, i, scene, where)
             or _some_of(words, i, scene, where)
             or _something(words, i, scene)
+            or _something_compared(words, i, line, scene, where)
+            or _told_alone(words, i, scene)
             or _one_there(words, i, scene, where, group)
             or _colour_alone(words, i, scene)
         )
@@ -211,6 +213,30 @@ def _something(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
     return Meant(i, end, tuple(sorted(ids, key=natural))) if ids else None
 
 
+def _something_compared(
+    words: Sequence[Token], i: int, line: str, scene: Scene, where: dict[str, str | None]
+) -> Meant | None:
+    """ "Something bigger than object 1", "one that's smaller than the red"."""
+    if words[i].text not in {"something", "one"} or (words[i].text == "one" and i and words[i - 1].text != ","):
+        return None
+    found = _compared(words, i + 1, i + 1, line, scene, where)
+    return replace(found, start=i) if found is not None and found.ids else None
+
+
+def _told_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
+    """ "The one that Marta wants", "whatever Tom ordered": it may be anything."""
+    one = words[i].text in _POINTING and [t.text for t in words[i + 1 : i + 2]] == ["one"]
+    any_ = words[i].text in {"whatever", "what"} and i + 1 < len(words) and not words[i + 1].text == "you"
+    end = i + 2 if one else i + 1
+    before = words[:i]
+    named = any(scene[m.id].movable for m in mentions_in(before, scene))
+    if not (one or any_) or named or any(t.text in scene.colours for t in before):
+        return None
+    if not uncheckable(words, end, scene, opened=any_):
+        return None
+    return Meant(i, end, tuple(sorted((e.id for e in scene.objects), key=natural)))
+
+
 def _colour_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
     """ "Yellow on position 14": one thing of that colour, since one position is named."""
     before = words[i - 1].text if i else "."
@@ -257,7 +283,7 @@ def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str 
         return None
     if not phrase or rank_of(words, j, end) is not None:
         return None
-    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    found = _all_of(phrase, scene, where)
     if not isinstance(found, Found) or found.corrected:
         return None
     ids, stop = _there(words, end, found.ids, scene, where)
@@ -507,22 +533,66 @@ def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: di
     if not phrase or _parenthesis(words, end):
         return None
     if any(t.text in lexicon().sizes for t in phrase):  # "the big yellow block", of two
+        most = _most(phrase, words, start, end, scene, where)
+        if most:
+            return Meant(start, end, most)
         sized = resolve_objects(phrase, scene, Talk())
         plain = isinstance(sized, Found) and not sized.chosen
         return Meant(start, end, sized.ids) if plain and isinstance(sized, Found) else None
     if any(t.text in lexicon().ordinals or t.text in _TELLING for t in phrase):
         return None
-    every = (Token("all", phrase[0].start, phrase[0].start), *phrase)
-    found = resolve_objects(every, scene, Talk())
+    found = _all_of(phrase, scene, where)
     if not isinstance(found, Found):
         return None
-    ids, stop = _there(words, end, found.ids, scene, where)
+    ids, stop = _there(words, end, _from_before(words, start, found.ids, scene, where), scene, where)
     told = stop if stop > end and _clause(words, end) else 0
     if stop > end and not told and _puts(words, start) and not _goes_on(words, start, stop):
         ids = found.ids  # "put the green block on the shelf": it says where to
     if stop == end and _elsewhere(words, end, scene):
         return Meant(start, end, ids)
     return None if _tells(words, stop, scene) else Meant(start, end, ids, stop=told)
+
+
+def _most(
+    phrase: Sequence[Token], words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]
+) -> tuple[str, ...]:
+    """ "The large block", of several sizes: the largest, all of a tie; none where it is said by more than that."""
+    sizes = [t for t in phrase if t.text in lexicon().sizes]
+    core = tuple(t for t in phrase if t not in sizes)
+    end_of = {"large": "large", "big": "large", "small": "small", "little": "small", "tiny": "small"}
+    if len(sizes) != 1 or sizes[0].text not in end_of or _tells(words, end, scene):
+        return ()
+    world = World(scene, Ledger(dict(where)), where, Talk(where), "")
+    pool = world.every(core, True) if core else (tuple(e.id for e in scene.objects), False)
+    if isinstance(pool, Fault) or len(pool[0]) < 2:
+        return ()
+    ids, _ = _there(words, end, pool[0], scene, where)
+    found = world.ranked(Ranked(core, end_of[sizes[0].text], 1, end), True, ids, words[start:end], False)
+    return found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
+
+
+def _from_before(
+    words: Sequence[Token], start: int, ids: Sequence[str], scene: Scene, where: dict[str, str | None]
+) -> tuple[str, ...]:
+    """ "From the bar, take the box": of those, what stands there."""
+    begin = sentence_at(words, start)[0]
+    led = begin < start and words[begin].text in {"from", "off"}
+    place = place_named(words, begin + 1, scene)[0] if led else None
+    there = tuple(i for i in ids if place is not None and scene.within(where.get(i), place))
+    return there or tuple(ids)
+
+
+def _all_of(phrase: Sequence[Token], scene: Scene, where: dict[str, str | None]) -> Found | Fault:
+    """All that a noun phrase fits; a place before the noun tells where it stands ("the shelf blocks")."""
+    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    place = resolve_places(phrase[:-1], scene, Talk()) if isinstance(found, Fault) and len(phrase) > 1 else None
+    if not isinstance(place, Found) or len(place.ids) != 1 or place.ids[0] not in {p.id for p in scene.places}:
+        return found
+    all_ = resolve_objects((Token("all", phrase[-1].start, phrase[-1].start), phrase[-1]), scene, Talk())
+    if not isinstance(all_, Found):
+        return all_
+    there = tuple(o for o in all_.ids if scene.within(where.get(o), place.ids[0]))
+    return replace(all_, ids=there) if there else found
 
 
 def _puts(words: Sequence[Token], start: int) -> bool:

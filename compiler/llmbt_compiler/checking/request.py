@@ -284,6 +284,7 @@ def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene:
         while begin < len(words) and words[begin].text in _STANDING:
             begin += 1
         said = begin < len(words) and (words[begin].text == "from" or (begin > phrase.end and words[begin].text in _AT))
+        said = said or _tells_where(words, begin, scene)
         place, stop = place_named(words, begin + 1, scene) if said else (None, begin)
         if place is None or not phrase.ids:
             continue
@@ -294,6 +295,17 @@ def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene:
             title = f"the request names what is not there: nothing on {place} is `{told}`"
             span = span_of(words[phrase.start : stop], request)
             yield OpenPoint(Diagnostic("E142", title, span, "not there", "say where it is", candidates=phrase.ids))
+
+
+def _tells_where(words: Sequence[Token], at: int, scene: Scene) -> bool:
+    """ "The red block on level 1 must go to level 3": the place behind it is where it stands, since another follows."""
+    if at >= len(words) or words[at].text not in _AT:
+        return False
+    place, stop = place_named(words, at + 1, scene)
+    modal = stop < len(words) and words[stop].text in _MUST
+    k = stop + int(stop < len(words) and words[stop].text in {"down", "up", "over", "across", "back"})
+    onto = k < len(words) and words[k].text in {"to", "onto", "into"} and place_named(words, k + 1, scene)[0] is not None
+    return place is not None and (modal or onto)
 
 
 def _not_there_yet(phrase: Meant, goals: Sequence[Goal], scene: Scene) -> tuple[str, ...]:

@@ -58,7 +58,7 @@ def shifts(words: Sequence[Token]) -> Iterator[Shift]:
 
 def _row(place: str, scene: Scene) -> tuple[str, ...]:
     """The positions beside a place, from the left to the right; none where it is in no row."""
-    inner = next(iter(scene.map.containers(place)), None)
+    inner = next(iter(scene.map.containers(place)), None) if place else None
     if inner is None or not scene.single(place):
         return ()
     return _world(scene).in_order(inner, "left") or ()
@@ -78,16 +78,16 @@ def beside(
         if relation.name != "next" or relation.owner or relation.start in read:
             continue
         mark = landmark(words, relation.end, scene)
-        if mark is None or len(mark.ids) != 1 or any(a[0] == mark.ids[0] for a in placed):
+        rows = {m: r for m in (mark.ids if mark is not None else ()) if (r := _row(where.get(m) or "", scene))}
+        if mark is None or len(rows) != 1 or any(a[0] in rows for a in placed):
             continue
         begin, end = sentence_at(words, relation.start)
         said = {t.text for k, t in enumerate(words[begin:end], begin) if not relation.start <= k < relation.end}
         if said & _SIDES or lexicon().function["conditional"] & said:
             continue
-        here = where.get(mark.ids[0])
-        row = _row(here, scene) if here is not None else ()
-        at = row.index(here) if here in row else -1
-        sides = tuple(p for p in row if abs(row.index(p) - at) == 1 and p not in where.values()) if row else ()
+        ((one, row),) = rows.items()
+        at = row.index(where[one] or "")
+        sides = tuple(p for p in row if abs(row.index(p) - at) == 1 and p not in where.values())
         taken = [a[1] for a in placed if a[1] in sides]
         if len(sides) > 1 and len(taken) == 1:
             yield Meant(relation.start, mark.end, tuple(sorted(sides, key=natural))), taken[0]

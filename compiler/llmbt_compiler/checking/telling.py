@@ -8,9 +8,9 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["hearsay", "uncheckable"]
+__all__ = ["REMEMBERED", "hearsay", "uncheckable"]
 
-_REMEMBERED = frozenset({
+REMEMBERED = frozenset({
     "usual", "favourite", "favorite", "regular", "normal", "preferred", "special", "promised", "ordered", "agreed",
     "discussed", "mentioned", "certain", "particular", "requested", "reserved", "chosen", "previous", "correct",
     "customary", "designated",
@@ -46,22 +46,22 @@ def hearsay(words: Sequence[Token], at: int, scene: Scene) -> bool:
     """Whether an adjective stands here that tells something that no map says: what is usual, promised, or, of things
     that have nothing but numbers, how they look or feel. Knowledge of the world may tell what a hot drink is."""
     text = words[at].text
-    return text in _REMEMBERED or (text in _FELT and _numbered(scene))
+    return text in REMEMBERED or (text in _FELT and _numbered(scene))
 
 
-def uncheckable(words: Sequence[Token], at: int, scene: Scene) -> bool:
+def uncheckable(words: Sequence[Token], at: int, scene: Scene, *, opened: bool = False) -> bool:
     """Whether the clause that begins here tells a thing by nothing that the map has: "that Marta told you about", "I
-    used yesterday"; not "that is nearer to the front"."""
-    if at >= len(words) or words[at].text not in _OPENING:
+    used yesterday"; not "that is nearer to the front". `opened`: a word before it has opened it ("whatever")."""
+    if at >= len(words) or (words[at].text not in _OPENING and not opened):
         return False
     stop = at + 1
     while stop < min(len(words), at + _LONGEST) and words[stop].text not in _STOPS and not _leads(words, stop, scene):
         stop += 1
     clause = words[at:stop]
     said = {t.text for t in clause[1:]}
-    if len(clause) < 3 or said & _SIDES or relations(clause) or any(_checked(t, scene) for t in clause[1:]):
+    if len(clause) < 3 - opened or said & _SIDES or relations(clause) or any(_checked(t, scene) for t in clause[1:]):
         return False
-    if words[at].text == "for":
+    if words[at].text == "for" or opened:
         return bool(said & _MEMORY)
     return _numbered(scene) or bool(said & _MEMORY)
 

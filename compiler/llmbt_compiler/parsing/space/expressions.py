@@ -222,13 +222,19 @@ def _outermost(tokens: Sequence[Token], k: int) -> tuple[str, int] | None:
     """ "Furthest to the left", "that is furthest left", right behind a noun."""
     while k < len(tokens) and tokens[k].text in _BEING:
         k += 1
-    if k + 1 >= len(tokens) or tokens[k].text not in {"furthest", "farthest"}:
+    if k + 1 >= len(tokens) or tokens[k].text not in {"furthest", "farthest", "nearest", "closest"}:
         return None
+    far = tokens[k].text in {"furthest", "farthest"}
     k += 1
     while k + 1 < len(tokens) and tokens[k].text in {"to", "the", "at", "towards", "toward"}:
         k += 1
+    if tokens[k].text not in _SIDES_OF:
+        return None
+    side, ends = _SIDES_OF[tokens[k].text], k
+    while k + 1 < len(tokens) and tokens[k + 1].text in _END_NOUNS:
+        k += 1
     of = k + 1 < len(tokens) and tokens[k + 1].text == "of"
-    return (_SIDES_OF[tokens[k].text], k + 1) if tokens[k].text in _SIDES_OF and not of else None
+    return (side, k + 1) if not of and (far or k > ends or side in {"front", "back"}) else None
 
 
 def _ordinal(parts: Sequence[Token]) -> tuple[int | None, tuple[Token, ...]]:
