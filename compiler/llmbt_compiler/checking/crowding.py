@@ -53,7 +53,7 @@ def too_many(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, lib
         places = _places(words, begin, end, scene)
         yield from _in_two(words, line, named, places, scene)
         yield from _on_one(words, line, named, places, scene)
-        yield from _stacked(words, line, begin, end, named, scene)
+        yield from _stacked(words, line, begin, end, named)
 
 
 def _full(
@@ -119,9 +119,7 @@ def _on_one(
         yield Diagnostic("E308", title, span, "too many", "take another place")
 
 
-def _stacked(
-    words: Sequence[Token], line: str, begin: int, end: int, named: Sequence[_Named], scene: Scene
-) -> Iterator[Diagnostic]:
+def _stacked(words: Sequence[Token], line: str, begin: int, end: int, named: Sequence[_Named]) -> Iterator[Diagnostic]:
     """ "Stack object 5 on object 6": nothing stands on a thing."""
     verb = next((k for k in range(begin, end) if words[k].text in {"stack", "stacked", "pile"}), None)
     for a, b in pairwise(named) if verb is not None else ():

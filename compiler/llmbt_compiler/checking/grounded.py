@@ -94,7 +94,9 @@ class _Request:
         """ "Its usual place", "where it belongs": a place that only the user knows."""
         texts = [t.text for t in self.words]
         told = any(a.text in REMEMBERED and b.text in _PLACES for a, b in pairwise(self.words))
-        return told or any(texts[k : k + 3] == ["where", "it", v] for k in range(len(texts)) for v in ("belongs", "goes"))
+        return told or any(
+            texts[k : k + 3] == ["where", "it", v] for k in range(len(texts)) for v in ("belongs", "goes")
+        )
 
     @property
     def exchanges(self) -> bool:
@@ -135,7 +137,8 @@ def ungrounded(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, l
                 title = f"the request names `{unknown.text}`, and nothing in the scene goes by that name"
                 hint = "name a place of the scene"
                 yield OpenPoint(
-                    Diagnostic("E142", title, span_of((unknown,), line), "not in the map", hint, candidates=(place,)), place
+                    Diagnostic("E142", title, span_of((unknown,), line), "not in the map", hint, candidates=(place,)),
+                    place,
                 )
                 continue
             title = f"where is {thing} to go? the reply takes {place} without asking"

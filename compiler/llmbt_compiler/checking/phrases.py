@@ -67,8 +67,8 @@ _NOUNS = frozenset({
 _VAGUE = frozenset(
     tuple(p.split())
     for p in (
-        "a few", "some", "several", "a couple of", "a handful of", "most of", "half of", "half", "a bunch of", "many of",
-        "one or two", "two or three", "a pair of", "part of", "a number of",
+        "a few", "some", "several", "a couple of", "a handful of", "most of", "half of", "half", "a bunch of",
+        "many of", "one or two", "two or three", "a pair of", "part of", "a number of",
     )
 )  # fmt: skip
 _USES = {"drink": "drink", "eat": "food", "snack": "snack"}
@@ -226,7 +226,7 @@ def _something_compared(
 def _told_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
     """ "The one that Marta wants", "whatever Tom ordered": it may be anything."""
     one = words[i].text in _POINTING and [t.text for t in words[i + 1 : i + 2]] == ["one"]
-    any_ = words[i].text in {"whatever", "what"} and i + 1 < len(words) and not words[i + 1].text == "you"
+    any_ = words[i].text in {"whatever", "what"} and i + 1 < len(words) and words[i + 1].text != "you"
     end = i + 2 if one else i + 1
     before = words[:i]
     named = any(scene[m.id].movable for m in mentions_in(before, scene))
@@ -525,10 +525,10 @@ def _goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
 
 
 def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
-    told = [t for k, t in enumerate(words[start:end], start) if hearsay(words, k, scene)]
-    phrase = [t for t in words[start:end] if t.text != "one" and t not in told]
+    felt = [t for k, t in enumerate(words[start:end], start) if hearsay(words, k, scene)]
+    phrase = [t for t in words[start:end] if t.text != "one" and t not in felt]
     named = mentions_in(words[:start], scene) or any(t.text in scene.colours for t in words[:start])
-    if not phrase and told and not named:
+    if not phrase and felt and not named:
         phrase = [Token("object", words[start].start, words[start].start)]
     if not phrase or _parenthesis(words, end):
         return None

@@ -50,7 +50,8 @@ _LEFT_OPEN = re.compile(
     r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
     r"|as you (?:like|please|wish)"
     r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them"
-    r"|all the same|either of (?:\w+ ){1,6}(?:will|would|can|is|goes)|(?:am |['’]m )?not (?:fussy|fussed|bothered|picky)"
+    r"|all the same|either of (?:\w+ ){1,6}(?:will|would|can|is|goes)"
+    r"|(?:am |['’]m )?not (?:fussy|fussed|bothered|picky)"
     r"|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
     r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)"
     r"|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
@@ -304,7 +305,9 @@ def _tells_where(words: Sequence[Token], at: int, scene: Scene) -> bool:
     place, stop = place_named(words, at + 1, scene)
     modal = stop < len(words) and words[stop].text in _MUST
     k = stop + int(stop < len(words) and words[stop].text in {"down", "up", "over", "across", "back"})
-    onto = k < len(words) and words[k].text in {"to", "onto", "into"} and place_named(words, k + 1, scene)[0] is not None
+    onto = (
+        k < len(words) and words[k].text in {"to", "onto", "into"} and place_named(words, k + 1, scene)[0] is not None
+    )
     return place is not None and (modal or onto)
 
 

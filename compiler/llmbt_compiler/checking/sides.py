@@ -1,4 +1,4 @@
-"""Places that a request tells by counting from a thing: "right beside the green" has two sides, "two to the left" ends."""
+"""Places told by counting from a thing: "right beside the green" has two sides, "two slots to the left" ends."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def beside(
     scene: Scene,
 ) -> Iterator[tuple[Meant, str]]:
     """Where the request wants a thing beside another, both sides of which are free: those words with both places, and
-    the place that the goals take. `phrases` are those read otherwise: what stands in them tells which thing is meant."""
+    the place that the goals take. `phrases` are those read otherwise: what stands in them tells things apart."""
     read = {k for p in phrases for k in range(p.start, max(p.end, p.stop))}
     where = {o.id: o.place for o in scene.map.objects}
     for relation in relations(words):

@@ -19,7 +19,8 @@ _FELT = frozenset({
     "chipped", "scratched", "cracked", "dented", "damaged", "broken", "faulty", "defective", "dirty", "dusty", "clean",
     "stained", "worn", "faded", "shiny", "sticky", "wet", "old", "older", "oldest", "new", "newer", "newest", "heavy",
     "heavier", "heaviest", "good", "best", "better", "nice", "nicer", "nicest", "pretty", "prettier", "prettiest",
-    "cheap", "cheaper", "cheapest", "expensive", "wrong", "proper", "mended", "repaired", "marked", "lucky", "cancelled",
+    "cheap", "cheaper", "cheapest", "expensive", "wrong", "proper", "mended", "repaired", "marked", "lucky",
+    "cancelled",
     "sold", "paid", "hollow", "freshly", "painted", "lightest", "lighter", "scuffed", "bent", "loved", "important",
     "urgent", "dearer", "dearest",
 })  # fmt: skip
@@ -33,7 +34,7 @@ _SIDES = frozenset({
     "under", "behind", "beside", "between", "near", "next", "far", "there", "here", "down", "up", "alone", "itself",
     "same", "other", "others", "than", "rest", "both", "neighbour", "neighbor", "nothing", "nobody", "row", "side",
     "on", "in", "at", "from", "off", "is", "has", "stands", "sits", "lies", "standing", "lying", "sitting", "by", "as",
-    "most", "least", "far", "out", "isnt", "hasnt", "doesnt", "didnt", "isn", "still", "already", "yet",
+    "most", "least", "out", "isnt", "hasnt", "doesnt", "didnt", "isn", "still", "already", "yet",
 })  # fmt: skip
 _STOPS = frozenset({
     ",", ".", ";", ":", "!", "?", "-", "onto", "into", "to", "goes", "should", "must", "belongs", "needs", "shall",

@@ -63,8 +63,8 @@ def unknown_names(
 
 
 def unknown_place(words: Sequence[Token], scene: Scene) -> Token | None:
-    """The noun of "in the fridge", "onto the windowsill", where nothing in the scene goes by it; for where no place that
-    is known is named."""
+    """The noun of "in the fridge", "onto the windowsill", where nothing in the scene goes by it; for where no known
+    place is named."""
     for i, t in enumerate(words[:-2]):
         noun, after = words[i + 2], words[i + 3] if i + 3 < len(words) else None
         if not lexicon().is_(t.text, "at", "onto") or words[i + 1].text not in {"the", "my", "our", "your", "that"}:

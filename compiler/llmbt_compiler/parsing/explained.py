@@ -43,7 +43,7 @@ def explanation(step: LabelledStep, scene: Scene) -> Extent | None:
             end = next((k for k in range(i, len(line)) if line[k].text == ")"), 0)
             inner = line[i + 1 : end]
             told = next((r.start for r in relations(inner)), len(inner))
-            stands = _stands(inner, scene, thing) if end and _placed_elsewhere(step, line[i], line[end]) else None
+            stands = _stands(inner, scene, thing) if end and _placed_elsewhere(step, t, line[end]) else None
             if stands is not None and _agrees(inner[:stands], scene, thing):
                 return Extent(t.start, line[end].end)
             if end and _remarks(inner) and _agrees(inner[:told], scene, thing):
