@@ -519,7 +519,7 @@ def _related(
 def _goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
     """Whether another place is named after a relation, or the verb before it puts nothing anywhere."""
     after = list(takewhile(lambda t: t.text not in {".", ";", "!", "?"}, words[stop:]))
-    said = [t.text for t in words[:start] if t.text in _PUTTING or t.text in _FETCHING]
+    said = _verbs(words[:start])
     others = any(t.text in _OTHERS for t in words[sentence_at(words, start)[0] : start])
     return any(t.text in _ONTO for t in after) or bool(said and said[-1] in _FETCHING) or others
 
@@ -599,8 +599,14 @@ def _puts(words: Sequence[Token], start: int) -> bool:
     """Whether the last verb before a phrase puts it somewhere, and not something else next to it."""
     if any(start - 2 < r.end <= start for r in relations(words)):
         return False
-    said = [t.text for t in words[:start] if t.text in _PUTTING or t.text in _FETCHING]
+    said = _verbs(words[:start])
     return bool(said) and said[-1] in _PUTTING
+
+
+def _verbs(words: Sequence[Token]) -> list[str]:
+    """The verbs that put or fetch; "position 12" has none."""
+    after = [*(t.number for t in words[1:]), None]
+    return [t.text for t, n in zip(words, after, strict=False) if n is None and t.text in _PUTTING | _FETCHING]
 
 
 def _elsewhere(words: Sequence[Token], end: int, scene: Scene) -> bool:
