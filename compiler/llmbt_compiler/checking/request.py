@@ -366,7 +366,7 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
             return True
         of_places = "where" in m.group(0).lower() or any(
             t.text in scene.generic(False) or t.text in {"side", "end", "level"}
-            for t in takewhile(lambda t: t.text not in {"to", "onto", "into"}, tokens(m.group("what")))
+            for t in takewhile(lambda t: t.text not in {"to", "onto", "into", "for", "on"}, tokens(m.group("what")))
         )
         if of_places != movable or (not movable and not of_places):
             return True
