@@ -14,7 +14,7 @@ BLOCKS = tuple(f"object_{n}" for n in range(1, 7))
 @pytest.mark.parametrize(
     ("scene", "request_", "reply", "candidates"),
     [
-        ("cargo_swap", "Give yellow a place at the left of level 3.", "object 5 on position 31", ("object_3", "object_5")),
+        ("cargo_swap", "Yellow to the left end of level 3.", "object 5 on position 31", ("object_3", "object_5")),
         ("cargo_sizes", "Smallest green and the yellow onto level 2.", "object 4 and object 3 on level 2",
          ("object_3", "object_5")),
         ("cargo_sorting", "The block furthest to the left goes on 32.", "object 6 on position 32",
