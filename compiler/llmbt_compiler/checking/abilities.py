@@ -12,14 +12,12 @@ from llmbt_ir.diagnostics import Diagnostic
 __all__ = ["unable"]
 
 _CARRYING = frozenset({
-    "pull", "push", "throw", "toss", "drag", "slide", "pack", "unpack", "hang", "lean", "share", "serve", "hide",
-    "pile", "park", "ship", "shove", "squeeze", "plant", "stick", "call", "ring", "light", "sell", "buy", "steal",
-    "assemble", "disassemble", "paste", "fill", "flip",
+    "throw", "toss", "unpack", "lean", "share", "hide", "call", "ring", "light", "sell", "buy", "steal", "assemble",
+    "disassemble", "paste", "fill", "flip",
 })  # fmt: skip
 """Verbs of the lexicon's `other` that may mean that a thing is brought somewhere."""
 _MORE = frozenset({
-    "open", "weigh", "warm", "chill", "taste", "unwrap", "grill", "toast", "microwave", "reheat", "butter", "repaint",
-    "photograph", "repair", "fix", "bend", "sharpen", "dust", "decorate", "charge",
+    "open", "weigh", "butter", "photograph", "charge",
 })  # fmt: skip
 _SETTLING = frozenset({"fix", "repair"})
 _TURNING = frozenset({"turn", "rotate", "spin", "swivel", "twist", "flip", "tilt"})

@@ -22,6 +22,8 @@ _WHITHER = frozenset({"to", "onto", "into", "towards"})
 _SOMEBODY = frozenset(
     {"whoever", "whomever", "wherever", "where", "anyone", "anybody", "somebody", "someone", "everyone"}
 )
+_PAUSES = frozenset({";", ",", ".", "-", "–", "—", ":"})
+_GATHERING = frozenset({"gather", "collect", "assemble", "group", "concentrate", "unite", "amass"})
 _COMMAS = frozenset({"", ",", ".", ":", ">", "→", "⇒", "and", "then", "is"})
 
 
@@ -42,6 +44,10 @@ class Acting(Placing):
 
     def mention(self, things: Group) -> None:
         """What a step without a goal speaks of can be referred to."""
+        found = [resolve_objects(p.parts, self.scene, self.talk()) for p in things.targets]
+        named = tuple(i for f in found if isinstance(f, Found) and not f.chosen for i in f.ids)
+        if len(set(named)) > 1:
+            self.listed = (tuple(dict.fromkeys(named)), self.turn)
         for phrase in things.phrases:
             ids = self.quiet(phrase)
             if ids:
@@ -137,12 +143,22 @@ class Acting(Placing):
         group = self.there(group)
         to = [p for p in (*group.destinations, *group.locations) if lex.is_(p.preposition, "onto")]
         to += [p for p in group.destinations if not p.preposition or p.preposition in _COMMAS]
+        to += [p for p in group.locations if p.preposition in _PAUSES and self.elsewhere(group.targets, p)]
         to = [p for p in to if not (p.preposition in _COMMAS and p.extent.start < clause.extent.start)]
         if not to and group.targets:
             to = [p for p in group.destinations if lex.is_(p.preposition, "at") and self.elsewhere(group.targets, p)]
+        if not to and group.targets and clause.action.casefold() in _GATHERING:
+            there = [p for p in group.locations if lex.is_(p.preposition, "at") and self.none_at(group.targets, p)]
+            to += there[-1:]
+            group = Group(group.targets, (*group.destinations, *to), _but(group.locations, to))
         if to and self.placing() and (group.targets or self.ledger.pending):
             rest = tuple(p for p in (*group.locations, *group.destinations) if p not in to)
             self.bring(clause, self.placing(), Group(group.targets, tuple(to), rest), excluded)
+            return
+        gathered = [p for p in group.locations if lex.is_(p.preposition, "at") and self.gathers(group.targets, p)]
+        if gathered and not to and self.placing():  # "gather all cubes in the sorting area"
+            rest = tuple(p for p in group.locations if p not in gathered)
+            self.bring(clause, self.placing(), Group(group.targets, tuple(gathered), rest), excluded)
             return
         behind = self.missed(clause, group) if self.placing() and not to else None
         if behind is not None and lex.is_(behind.preposition, "onto") and group.targets:
@@ -159,6 +175,22 @@ class Acting(Placing):
         self.take(clause, templates[0], found.ids)
         for phrase in above:  # "hold it above position 21"
             self.carry_to(phrase)
+
+    def gathers(self, targets: Sequence[Phrase], phrase: Phrase) -> bool:
+        """Whether all of some things are spoken of, and none of them is at the place that a phrase names."""
+        place = self.quiet_place(phrase) if not phrase.relation else None
+        if place is None or place in {ANYWHERE, ORIGIN} or not all(p.about("all") or p.about("both") for p in targets):
+            return False
+        ids = [i for p in targets for i in self.quiet(p)]
+        return len(ids) > 1 and not any(self.scene.within(self.ledger.where.get(i), place) for i in ids)
+
+    def none_at(self, targets: Sequence[Phrase], phrase: Phrase) -> bool:
+        """Whether none of what is to be gathered stands on the place yet: then it is where it is to go."""
+        place = self.quiet_place(phrase) if not phrase.relation else None
+        if place is None or place in {ANYWHERE, ORIGIN}:
+            return False
+        ids = [i for p in targets for i in self.quiet(p)]
+        return bool(ids) and not any(self.scene.within(self.ledger.where.get(i), place) for i in ids)
 
     def told_whither(self, group: Group) -> None:
         """E305 where words behind the last target say to whom or where it goes, and were not understood ("take the coke
@@ -211,6 +243,7 @@ class Acting(Placing):
         template = templates[0]
         lex = lexicon()
         away = [p for p in group.destinations if lex.is_(p.preposition, "onto", "at") and group.targets]
+        group = replace(group, targets=tuple(self.contents(p) for p in group.targets)) if away else group
         if away and self.placing():
             self.bring(clause, self.placing(), replace(group, destinations=tuple(away)), excluded)
             return
@@ -240,6 +273,13 @@ class Acting(Placing):
             condition = pattern.bind({target.name: i, aside.name: buffer})
             self.ledger.put(Entry(condition, self.now, extent_of(clause, group), target=i, place=buffer))
         self.place = (buffer, self.turn)
+
+    def contents(self, phrase: Phrase) -> Phrase:
+        """ "Empty the tray onto the pallet": a place that is emptied to somewhere stands for all that is on it."""
+        if self.quiet(phrase) or not self.places_of(phrase):
+            return phrase
+        first = phrase.parts[0]
+        return replace(phrase, parts=(replace(first, text="everything"), replace(first, text="on"), *phrase.parts))
 
     def free(self, clause: Clause, template: Template, phrases: Sequence[Phrase]) -> None:
         slot = template.param(Role.LOCATION)

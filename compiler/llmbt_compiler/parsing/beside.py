@@ -23,7 +23,7 @@ _RESTRICTION = re.compile(
 )
 _PASSING = frozenset({"past", "via", "across", "along", "beyond"})
 _GREETING = frozenset({"thank", "greet", "welcome"})
-_ASIDE = ("subordinate", "except", "negation", "stative")
+_ASIDE = ("subordinate", "negation", "stative")
 
 
 def mentions(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, Token]]:
@@ -98,7 +98,7 @@ def _described(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, To
     """ "The green ones", "slot 2", "the second position": no names, but nothing else than things of the map."""
     lex = lexicon()
     for t in parts:
-        if t.text == "ones" or t.text in scene.colours:
+        if t.text in {"ones", "former", "latter"} or t.text in scene.colours:
             yield t, t
     for a, b in pairwise(parts):
         place = b.text in scene.generic(False) or b.text in scene.vocabulary(False)

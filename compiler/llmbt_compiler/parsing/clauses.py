@@ -21,7 +21,8 @@ _RESTRICTING = (
     ("that", "is"), ("that", "are"), ("which", "is"), ("which", "are"), ("made", "of"), ("made", "from"), ("labelled",),
     ("labeled",), ("marked",), ("named",), ("called",), ("coloured",), ("colored",), ("with", "the", "letter"),
     ("with", "the", "number"), ("with", "the", "label"), ("with", "the", "name"), ("with", "the", "id"),
-    ("with", "number"), ("with", "letter"), ("with", "label"), ("with", "id"),
+    ("with", "the", "colour"), ("with", "the", "color"), ("with", "number"), ("with", "letter"), ("with", "label"),
+    ("with", "id"),
 )  # fmt: skip
 _STILL = frozenset({"left", "still", "there", "here", "now", "currently", "already", "next", "closest"})
 _FAILING = frozenset({"forget", "hesitate", "fail", "omit"})  # "don't forget to ..."
@@ -31,7 +32,9 @@ _WISHED = frozenset(
 )
 _NO_NAME = frozenset({"to", "do", "dont", "not", "any"})
 _MARKUP = frozenset("*`\"“”'‘’")
+_POINTERS = frozenset({"one", "first", "second", "former", "latter", "other", "others"})
 _TRAIL = 6
+_APART = frozenset({"apart", "aside", "save", "with", "excepting", "barring"})
 _STANDING = frozenset(
     {
         "that",
@@ -182,7 +185,7 @@ def clauses(step: LabelledStep) -> tuple[Clause, ...]:
     text, spans = _with_exceptions(_Text(step, spans, tokens(step.text)))
     out: list[Clause] = []
     begin = 0
-    groups = _grouped(spans)
+    groups = [part for g in _grouped(text, spans) for part in _by_colon(text, g)]
     for i, (group, nxt) in enumerate(pairwise([*groups, []])):
         end = nxt[0].start if nxt else len(step.text)
         clause = _clause(text, group, begin, end)
@@ -275,7 +278,7 @@ def _with_exceptions(text: _Text) -> tuple[_Text, tuple[KeywordSpan, ...]]:
             continue
         at, size = (0, only) if only else (at, size)
         words = after[at + size :]
-        close = next((i for i, t in enumerate(words) if t.text in ends), len(words))
+        close = next((i for i, t in enumerate(words) if t.text in ends or _predicate(words, i)), len(words))
         words = words[:close]
         while words and (words[-1].text in {",", ":"} or lexicon().is_(words[-1].text, "joints")):
             words.pop()
@@ -287,6 +290,19 @@ def _with_exceptions(text: _Text) -> tuple[_Text, tuple[KeywordSpan, ...]]:
         gone |= {o.start for o in text.spans if words[0].start <= o.start < words[-1].end}
     spans = tuple(s for s in text.spans if s.start not in gone)
     return replace(text, spans=spans, left_out=found), spans
+
+
+_PREDICATES = frozenset({
+    "should", "shall", "must", "will", "may", "can", "could", "has", "have", "need", "needs", "get", "gets", "go",
+    "goes", "belong", "belongs", "come", "comes", "be",
+})  # fmt: skip
+
+
+def _predicate(words: Sequence[Token], i: int) -> bool:
+    """Whether the predicate of the whole begins here ("everything but the red block | is to be moved")."""
+    after = words[i + 1].text if i + 1 < len(words) else ""
+    told = words[i].text in {"is", "are"} and (after in {"to", "all", "both"} or after.endswith("ed") or after == "put")
+    return i > 0 and (words[i].text in _PREDICATES or told)
 
 
 def _standing(text: _Text, end: int, after: Sequence[Token]) -> int:
@@ -301,7 +317,7 @@ def _standing(text: _Text, end: int, after: Sequence[Token]) -> int:
     return count + (len(after) > count and after[count].text == ",") if lead and plain else 0
 
 
-def _grouped(spans: Sequence[KeywordSpan]) -> list[list[KeywordSpan]]:
+def _grouped(text: _Text, spans: Sequence[KeywordSpan]) -> list[list[KeywordSpan]]:
     """The keywords of each clause. What stands before the first action belongs to it.
 
     In "object 1 is placed on A and object 2 is placed on B" the second target belongs to the second action.
@@ -313,11 +329,26 @@ def _grouped(spans: Sequence[KeywordSpan]) -> list[list[KeywordSpan]]:
             here = out[-1]
             first = next(i for i, x in enumerate(here) if x.label is Kind.ACTION)
             fronted = any(x.label is Kind.TARGET for x in here[:first])
-            if fronted and len(here) > first + 1 and here[-1].label is Kind.TARGET:
+            ended = any(t.text in {":", ".", ";"} for t in text.inside(here[-1].end, s.start))
+            if fronted and len(here) > first + 1 and here[-1].label is Kind.TARGET and not ended:
                 moved = [here.pop()]
             out.append(moved)
         out[-1].append(s)
     return [g for g in out if g]
+
+
+def _by_colon(text: _Text, group: list[KeywordSpan]) -> list[list[KeywordSpan]]:
+    """ "Distribute object 3 and object 5: | the first one to position 33, ...": a heading, and what it comes to."""
+    for i in range(2, len(group) - 1):
+        first, then = group[:i], group[i:]
+        colon = any(t.text == ":" for t in text.inside(first[-1].end, then[0].start))
+        heading = {s.label for s in first} == {Kind.ACTION, Kind.TARGET} and {s.label for s in then} == {
+            Kind.TARGET,
+            Kind.DESTINATION,
+        }
+        if colon and heading and any(t.text in _POINTERS for s in then for t in text.inside(s.start, s.end)):
+            return [first, then]
+    return [group]
 
 
 def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> Clause:
@@ -331,14 +362,15 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
     lex = lexicon()
     start = action.start if action is not None else end
     lead = [t for t in text.all if begin <= t.start and t.end <= start and not text.covered(t)]
-    tail = [t for t in text.all if action and action.end <= t.start and t.end <= end and not text.covered(t)]
+    begun = action.end if action is not None else spans[-1].end
+    tail = [t for t in text.all if begun <= t.start and t.end <= end and not text.covered(t)]
     own = lead[1:] if begin and lead and lex.is_(lead[0].text, "conditional") else lead
     own = [*own, *tail] if end == len(text.step.text) else own
     wished = any(t.text in _WISHED for t in lead)
     conditional = (any(_conditional(a, b) for a, b in pairwise([*own, None])) and not wished) or _in_case(lead)
     conditional &= not {"unless", "already"} <= {t.text for t in own}  # a goal that holds already costs nothing
-    excepted = [i for i, t in enumerate(tail) if lex.is_(t.text, "except")]
-    exception = tuple(tail[excepted[0] + 1 :]) if excepted else ()
+    excepted = [i + max(1, excepts(tail, i)) for i, t in enumerate(tail) if _excepted(tail, i)]
+    exception = tuple(tail[excepted[0] :]) if excepted else _fronted(lead)
     if any(p.excluded for p in phrases):
         exception = ()
     return Clause(
@@ -346,11 +378,35 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
         Extent(action.start, action.end) if action is not None else extent,
         _particles(text, action, phrases),
         _groups(phrases),
-        (any(lex.is_(t.text, "negation") for t in lead[-3:]) and not any(t.text in _FAILING for t in lead[-3:]))
+        (
+            any(lex.is_(t.text, "negation") for t in _inserted(lead)[-3:])
+            and not any(t.text in _FAILING for t in lead[-3:])
+        )
         or any((a.text, b.text) == ("no", "need") for a, b in pairwise(lead)),
         conditional,
         exception,
     )
+
+
+def _excepted(tail: Sequence[Token], i: int) -> bool:
+    """Whether words behind the keywords begin what is left out: "except for", "apart from"."""
+    return lexicon().is_(tail[i].text, "except") or (excepts(tail, i) > 1 and tail[i].text in _APART)
+
+
+def _inserted(lead: Sequence[Token]) -> Sequence[Token]:
+    """Without what stands between commas right before the verb ("shall not, under any circumstances, touch")."""
+    commas = [i for i, t in enumerate(lead) if t.text == ","]
+    inserted = len(commas) > 1 and commas[-1] == len(lead) - 1 and lexicon().is_(lead[commas[-2] - 1].text, "negation")
+    return lead[: commas[-2]] if inserted else lead
+
+
+def _fronted(lead: Sequence[Token]) -> tuple[Token, ...]:
+    """What "with the exception of the bread, move ..." leaves out, said before the verb and unlabelled."""
+    if len(lead) < 2 or lead[0].text in {"but", "without", "besides", "not", "that", "which", "is", "are", "be"}:
+        return ()
+    size = excepts(lead, 0)
+    words = list(takewhile(lambda t: t.text not in {",", ":", ";"}, lead[size:])) if size else []
+    return tuple(words)
 
 
 def _after_verb(phrase: Phrase, action: KeywordSpan | None) -> Phrase:
@@ -411,6 +467,11 @@ def _groups(phrases: Sequence[Phrase]) -> tuple[Group, ...]:
         if p.kind is opener and opened and closed and not p.excluded:
             groups.append([])
         groups[-1].append(p)
+    if first is Kind.DESTINATION and not ordered:  # "fetch me the water from the bar and the apple from the table"
+        fronted = [p for p in groups[0][: _first(groups[0], Kind.TARGET)] if p.kind is Kind.DESTINATION]
+        bare = [g for g in groups[1:] if not any(p.kind is Kind.DESTINATION for p in g)]
+        for g in bare if not any(p.kind is Kind.DESTINATION for p in groups[0] if p not in fronted) else []:
+            g.extend(fronted)
     return tuple(
         Group(
             tuple(p for p in g if p.kind is Kind.TARGET),
@@ -442,6 +503,8 @@ def _phrase(text: _Text, span: KeywordSpan) -> Phrase:
         left.insert(0, free.pop(0))
     preposition, relation = _relation(free)
     lex = lexicon()
+    if relation == "over" and len(core) == 1 and lex.is_(core[0].text, "there"):
+        relation = ""  # "bring it over there"
     amount = [t.text for t in free[:3] if t.text not in {"of", "the", "-"}][:1]
     fronts = [t.text for t in free[:3]]
     excluded = any(lex.is_(w, "except") or w == "not" for w in fronts[:2]) or "instead" in fronts

@@ -5,6 +5,7 @@ position 11", "level 1: object 2", "could I have the apple?", "its place is posi
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
@@ -12,17 +13,20 @@ from llmbt_compiler.parsing.explained import without
 from llmbt_compiler.parsing.model import Extent, LabelledStep
 from llmbt_compiler.parsing.names import Found, Talk, exactly_named
 from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of
-from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lemmas, lexicon, tokens
 
 __all__ = [
     "asked_for",
     "assured",
     "filled",
+    "left_free",
     "let_go",
     "listed",
     "made_free",
+    "once_more",
     "place_of_its_own",
     "told_as_placing",
     "wanted_by",
@@ -32,13 +36,10 @@ _SHORT = 300
 _SURE = r"(?:(?:please\s+)?(?:make\s+sure|ensure|see\s+to\s+it)(?:\s+that)?\s+)?"
 _MODAL = r"(?:(?:should|must|will|has to|have to|needs? to|is to|are to)\s+)?"
 _GOES = re.compile(
-    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|ends?\s+up)\s+"
-    r"(?:back\s+)?(?:on|onto|to|into|in|at)\s+(?P<place>[^,;:.]{2,80})[\s.!]*$",
-    re.IGNORECASE,
-)
-_IS_GIVEN = re.compile(
-    r"^\W*(?P<place>[^,;:.]{2,80}?)\s+(?:(?:(?:should|must|will)\s+)?(?:gets?|receives?|takes?)"
-    r"|(?:should|must|will|is to)\s+(?:hold|contain|house|have))\s+(?P<thing>[^,;:.]{2,80})[\s.!]*$",
+    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|ends?(?:\s+up)?)"
+    r"|(?:should|must|will|has to|have to|needs? to|is to|are to)\s+(?:come|travel|move|return))\s+"
+    r"(?:(?:back|down|up|over|out|across)\s+)*(?:on|onto|to|into|in|at)\s+"
+    r"(?P<place>[^,;:.]{2,80}?)(?=\s+(?:except|apart\s+from|with\s+the\s+exception)\b|[\s.!]*$)",
     re.IGNORECASE,
 )
 _COLON = re.compile(
@@ -46,7 +47,17 @@ _COLON = re.compile(
     re.IGNORECASE,
 )
 _THERE = re.compile(
-    rf"\W*(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:also\s+)?(?:go|goes|belongs?)\s+(?P<place>there)\b(?:\s+(?:too|as\s+well|also))?[\s.!]*$",
+    rf"\W*(?P<thing>[^,;:.]{{2,80}}?)\s+{_MODAL}(?:also\s+)?(?:go|goes|belongs?)\s+(?P<place>there)\b(?:\s+(?:too|as\s+well|also|instead))?[\s.!]*$",
+    re.IGNORECASE,
+)
+_BE_ON = re.compile(
+    rf"\W*{_SURE}(?P<thing>[^;:.]{{2,80}}?),?\s+(?:should|must|shall|has\s+to|have\s+to|needs?\s+to|is\s+to|are\s+to|ought\s+to)"
+    r"\s+(?:then\s+|now\s+)?(?:be|sit|stand|lie|rest)(?:\s+(?:lying|standing|sitting))?\s+"
+    r"(?:on|in|at|inside)\s+(?P<place>[^,;:.]{2,60}?)(?:\s+(?:later|now|then|afterwards|please|instead))?[\s.!]*$",
+    re.IGNORECASE,
+)
+_TAKES = re.compile(
+    rf"\W*(?:(?:now|then)\s+)?(?P<thing>[^,;:.]{{2,60}}?)\s+{_MODAL}(?:then\s+|now\s+)?takes?\s+(?P<place>its\s+(?:place|spot|position|slot))[\s.!]*$",
     re.IGNORECASE,
 )
 _HEADED = re.compile(r"^\W*(?P<place>[^,;:.]{2,40}?)\s*:\s*(?P<things>[^:;]{2,200}?)[\s.!]*$")
@@ -76,13 +87,14 @@ def _listed(text: str, start: int, end: int, scene: Scene) -> list[KeywordSpan] 
     spans = [KeywordSpan(a, b, Kind.DESTINATION, m["place"])]
     for part in _PART.finditer(m["things"]):
         a, b = (start + m.start("things") + i for i in part.span("name"))
-        if len(exactly_named(tokens(text, a, b), scene.objects)) != 1:
+        found = resolve_objects(tokens(text, a, b), scene, Talk({o.id: o.place for o in scene.map.objects}))
+        if not isinstance(found, Found) or found.corrected:
             return None
         spans.append(KeywordSpan(a, b, Kind.TARGET, part["name"]))
     return spans
 
 
-def told_as_placing(step: LabelledStep) -> LabelledStep:
+def told_as_placing(step: LabelledStep, scene: Scene) -> LabelledStep:
     """A step that says where a thing goes without telling anybody to put it there ("object 1 goes to position 11",
     "position 21 gets object 3", "object 3: position 22"): its thing as target and its place as destination."""
     text = step.text
@@ -90,14 +102,17 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
         return step
     taken = {s.label for s in step.spans}
     lead = _LEAD.match(text) or _titled(step)
-    for pattern in (_GOES, _THERE, _IS_GIVEN, _COLON):
+    for pattern in (_GOES, _BE_ON, _THERE, _TAKES, _COLON):
         m = pattern.match(text, lead.end() if lead and pattern is _GOES else 0)
         if m is None or _ROBOT.match(m["thing"]):
             continue
         named = [m.span("thing"), m.span("place")]
+        if pattern is _BE_ON and not _both_known(step, scene, *named):
+            continue
         if any(s.label is Kind.ACTION and any(a <= s.start < b for a, b in named) for s in step.spans):
             continue
-        if pattern is _IS_GIVEN and (_ROBOT.match(m["place"]) or not re.search(r"\d", m["place"])):
+        inner = {s.label for s in step.spans if m.start("place") <= s.start}
+        if pattern is _COLON and inner >= {Kind.TARGET, Kind.DESTINATION}:
             continue
         if pattern is _COLON and (Kind.ACTION in taken or not re.search(r"\d", m["place"])):
             continue
@@ -105,6 +120,12 @@ def told_as_placing(step: LabelledStep) -> LabelledStep:
         spans = tuple(KeywordSpan(a, b, label, text[a:b]) for a, b, label in sorted(ends, key=lambda e: e[:2]))
         return replace(step, spans=spans, readings=())
     return step
+
+
+def _both_known(step: LabelledStep, scene: Scene, thing: tuple[int, int], place: tuple[int, int]) -> bool:
+    things = resolve_objects(tokens(step.text, *thing), scene, Talk({o.id: o.place for o in scene.map.objects}))
+    there = resolve_places(tokens(step.text, *place), scene, Talk())
+    return isinstance(things, Found) and isinstance(there, Found) and not things.corrected and not there.corrected
 
 
 def _titled(step: LabelledStep) -> re.Match[str] | None:
@@ -268,23 +289,67 @@ _FILLING = frozenset(
 )
 
 
+_FILLED = re.compile(r"\s+(?P<place>[^,;:.!?]{2,60}?)\s+with\s+(?:the\s+)?(?P<thing>[^,;:.!?]{1,60})", re.IGNORECASE)
+
+
+_LEFT_FREE = re.compile(
+    r"\w+\s+(?:(?:that|which)\s+)?(?:it|this|that)\s+(?:leaves|left|has\s+left|vacates|vacated|frees|freed)"
+    r"(?:\s+(?:behind|empty|free|vacant))?\b|"
+    r"(?:(?:now\s+|newly\s+)?(?:vacated|emptied|freed|empty|vacant|free)\s+\w+"
+    r"|\w+\s+(?:that|which)\s+(?:(?:this|that|it)\s+)?(?:leaves|left|has\s+(?:become|been\s+left)|became|is\s+(?:now|left))\s+"
+    r"(?:empty|free|vacant))\b",
+    re.IGNORECASE,
+)
+
+
+def left_free(step: LabelledStep) -> LabelledStep:
+    """ "In the position that has become free": the destination with the words that tell which it is."""
+
+    def whole(s: KeywordSpan) -> KeywordSpan:
+        m = _LEFT_FREE.match(step.text, s.start) if s.label is Kind.DESTINATION else None
+        if m is None or m.end() <= s.end or any(s.end <= o.start < m.end() for o in step.spans):
+            return s
+        return replace(s, end=m.end(), text=step.text[s.start : m.end()])
+
+    return replace(step, spans=tuple(whole(s) for s in step.spans))
+
+
 def filled(step: LabelledStep, scene: Scene) -> LabelledStep:
-    """ "Fill slot 2 with crate A": the place is no target, and what follows "with" is."""
-    for verb, place in zip(step.spans, step.spans[1:], strict=False):
+    """ "Fill slot 2 with crate A", "fill the vacated slot with it": the place is no target, and what follows "with"
+    is."""
+    places = [t for t in scene.library.templates.values() if shape_of(t, scene.library) is Shape.PLACE and t.verbs]
+    for verb in step.spans if places else ():
         fills = verb.label is Kind.ACTION and any(w in _FILLING for w in lemmas(verb.text.casefold()))
-        named = tokens(step.text, place.start, place.end) if fills and place.label is not Kind.ACTION else ()
-        if not named or len(exactly_named(named, scene.places)) != 1:
+        m = _FILLED.match(step.text, verb.end) if fills else None
+        if m is None or not _holds(tokens(step.text, *m.span("place")), scene):
             continue
-        m = re.match(r"\s+with\s+(?:the\s+)?(?P<thing>[^,;:.!]{1,60})", step.text[place.end :], re.IGNORECASE)
-        if m is None:
+        inside = [s for s in step.spans if m.start() <= s.start < m.end()]
+        if any(s.label is Kind.ACTION for s in inside):
             continue
-        a, b = place.end + m.start("thing"), place.end + m.end("thing")
-        if any(s.label is Kind.ACTION and a <= s.start < b for s in step.spans):
-            continue
-        kept = [s for s in step.spans if s not in {verb, place} and not (s.start < b and a < s.end)]
-        kept += [replace(place, label=Kind.DESTINATION), KeywordSpan(a, b, Kind.TARGET, step.text[a:b])]
+        kept = [s for s in step.spans if s is not verb and s not in inside]
+        put = min(places, key=lambda t: "_" in t.name).verbs[0]
+        kept += [replace(verb, text=str(put)), *(KeywordSpan(*m.span(k), kind, m[k]) for k, kind in _INTO)]
         return replace(step, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
     return step
+
+
+_INTO = (("place", Kind.DESTINATION), ("thing", Kind.TARGET))
+
+
+def _holds(parts: Sequence[Token], scene: Scene) -> bool:
+    """Whether words name a place, or describe one by its noun ("the vacated slot"); "the cup" is filled otherwise."""
+    said = " ".join(t.text for t in parts)
+    if len(exactly_named(parts, scene.places)) == 1:
+        return True
+    own = any(lexicon().is_(t.text, "back_to") or t.text in {"its", "their"} for t in parts)
+    if own or all(lexicon().is_(t.text, "articles", "vacant") or t.text in lexicon().places for t in parts):
+        return False  # whose it was, or which of them, the thing that comes there does not tell
+    if any(_LEFT_FREE.fullmatch(text) for text in (said, said.removeprefix("the "))):
+        return True
+    place = resolve_places(parts, scene, Talk())
+    known = isinstance(place, Found) and not place.corrected
+    nouns = any(t.text in lexicon().places for t in parts)
+    return (known or nouns) and not isinstance(resolve_objects(parts, scene, Talk()), Found)
 
 
 _MADE = re.compile(
@@ -293,9 +358,15 @@ _MADE = re.compile(
 )
 
 
+_ROOM = re.compile(
+    r"\b(?P<verb>make|create|get)\s+(?:some\s+)?(?:room|space)\s+(?:on|in|at)\s+(?:the\s+)?(?P<place>[^,;:.]{2,40}?)(?=\s*[.!]?\s*$)",
+    re.IGNORECASE,
+)
+
+
 def made_free(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "Make slot A2 free" clears it, where the library can."""
-    m = _MADE.search(step.text) if len(step.text) <= _SHORT else None
+    m = (_MADE.search(step.text) or _ROOM.search(step.text)) if len(step.text) <= _SHORT else None
     if m is None or len(exactly_named(tokens(step.text, *m.span("place")), scene.places)) != 1:
         return step
     frees = [t for t in scene.library.templates.values() if shape_of(t, scene.library) is Shape.FREE and t.verbs]
@@ -321,3 +392,45 @@ def let_go(step: LabelledStep) -> LabelledStep:
         return step
     spans = sorted((*step.spans, KeywordSpan(*m.span("let"), Kind.ACTION, m["let"])), key=lambda s: s.start)
     return replace(step, spans=tuple(spans), readings=())
+
+
+_DO = r"(?:perform|do|carry\s+out|execute|follow|apply|use|go\s+through|run\s+through|take|complete|repeat)"
+_STEPS = (
+    r"(?:actions?|steps?|procedures?|process|operations?|sequence|routine|moves?|thing|approach|treatment|pattern|rule)"
+)
+_AGAIN = tuple(
+    re.compile(
+        pattern + r"(?P<things>[^,;:.!?]{2,80}?)(?:,?\s+(?:again|too|as\s+well|also|now|please|likewise))*[\s.!]*$",
+        re.IGNORECASE,
+    )
+    for pattern in (
+        rf"\b(?P<verb>{_DO})\s+(?:exactly\s+)?(?:(?:these|those|this|that|the|all)\s+)*(?:same\s+|above\s+|previous\s+)*{_STEPS}\s+"
+        r"(?:again\s+|once\s+more\s+|over\s+)?(?:for|with|on|to)\s+",
+        rf"^\W*(?:and\s+)?(?P<verb>that|this|the\s+same|it|likewise|(?:the\s+)?same\s+{_STEPS})\s+(?:also\s+)?(?:goes|applies|holds|is\s+(?:true|valid)|counts)\s+"
+        r"(?:again\s+)?(?:for|to|with)\s+",
+    )
+)
+_ALIKE = re.compile(
+    r"^\W*(?:and\s+)?(?:please\s+)?(?P<verb>handle|treat|process|deal\s+with|proceed\s+with)\s+(?P<things>[^,;:.!?]{2,80}?)\s+"
+    r"(?:in\s+)?(?:(?:exactly\s+)?the\s+same(?:\s+(?:way|manner|fashion))?|likewise|similarly|accordingly|identically|this\s+way)[\s.!]*$",
+    re.IGNORECASE,
+)
+
+
+def once_more(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Perform these actions again for the coke", "that goes for the blue cup", "treat object 4 the same way"."""
+    for pattern in (*_AGAIN, _ALIKE):
+        m = pattern.search(step.text) if len(step.text) <= _SHORT else None
+        if m is None or any(lexicon().is_(t.text, "negation", "conditional") for t in tokens(step.text, 0, m.end())):
+            continue
+        found = resolve_objects(
+            tokens(step.text, *m.span("things")), scene, Talk({o.id: o.place for o in scene.map.objects})
+        )
+        if not isinstance(found, Found) or found.corrected:
+            continue
+        spans = (
+            KeywordSpan(*m.span("verb"), Kind.ACTION, "repeat"),
+            KeywordSpan(*m.span("things"), Kind.TARGET, m["things"]),
+        )
+        return replace(step, spans=spans, readings=())
+    return step

@@ -10,10 +10,11 @@ from itertools import dropwhile, pairwise
 
 from llmbt_atl.template import Role, Template
 from llmbt_compiler.keywords.labels import Kind
+from llmbt_compiler.parsing.beside import mentions
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Note, NoteKind
-from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk, exactly_named
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.phrase import conjuncts
 from llmbt_compiler.parsing.places import resolve_places
@@ -47,7 +48,8 @@ class Grounding:
     the words of it that were understood, `ordered` whether it asks for an order, `idle` whether
     the clause at hand only looks; `barred` are places that it excepts;
     `listed` is when several objects were named together last, and which, `whole` whether as one ("everything");
-    `kind` is the noun of the place that was named last.
+    `kind` is the noun of the place that was named last, `taken_off` where a thing was said to be, and when;
+    `among` are the things that the step says it chooses from, `spared` those that it leaves out at its beginning.
     """
 
     scene: Scene
@@ -69,6 +71,10 @@ class Grounding:
     barred: set[str] = field(default_factory=set)
     whole: bool = False
     kind: tuple[Token, ...] = ()
+    among: tuple[str, ...] = ()
+    spared: tuple[str, ...] = ()
+    taken_off: tuple[str | None, int] = (None, -9)
+    leading: tuple[Phrase, ...] = ()
     now: LabelledStep = field(default_factory=lambda: LabelledStep(0, ""))
 
     def __post_init__(self) -> None:
@@ -147,6 +153,7 @@ class Grounding:
             self.listed[0] if self.turn - self.listed[1] <= 2 else (),
             self.whole,
             self.ledger.leaver,
+            self.among,
         )
 
     def of_robot(self, phrase: Phrase) -> bool:
@@ -197,10 +204,21 @@ class Grounding:
         if isinstance(found, Fault):
             raise self.fault(found)
         self.told(found, phrase)
+        if pointing and set(found.ids) <= set(self.mentioned):
+            self.named_beside(found.ids)
         return found
+
+    def named_beside(self, ids: Sequence[str]) -> None:
+        """Where the step names things outside its keywords, that were read by "it"."""
+        parts = tokens(self.now.text)
+        for first, last in mentions(parts, self.scene):
+            name = tuple(t for t in parts if first.start <= t.start <= last.start)
+            if {e.id for e in exactly_named(name, self.scene.objects)} == set(ids):
+                self.use(*name)
 
     def narrowed(self, phrase: Phrase, talk: Talk, at: tuple[str, ...], picking: bool) -> Found | Fault:
         """A phrase's objects; where unlabelled words after it say a place ("everything on the shelf"), those there."""
+        at = at or (ANYWHERE,) if any(lexicon().is_(t.text, "at", "from") for t in phrase.parts[1:-1]) else at
         place, words = self.trailing(phrase) if phrase.trail and not at else (None, ())
         if place is None and phrase.trail[:1] and phrase.trail[0].text in {"it", "them"} and not at:
             place, words = talk.place, phrase.trail[:1]  # "everything on it"
@@ -220,6 +238,9 @@ class Grounding:
         """The objects that a parenthesis after a target, or an apposition, names or describes; None where it says
         something else."""
         parts = tuple(t for t in phrase.aside if t.text not in {",", "."}) or phrase.aside or phrase.after
+        if parts and parts[0].text == "not":  # "the white cylinder (not the ball)"
+            self.use(*parts)
+            return None
         if not parts or (not phrase.aside and not any(t.number or t.text in self.scene.colours for t in parts)):
             return None
         found = resolve_objects(parts, self.scene, Talk(self.ledger.where))
@@ -277,7 +298,7 @@ class Grounding:
         for phrase in locations:
             if all(lexicon().is_(t.text, "articles", "nowhere") or t.text in _VAGUE for t in phrase.parts):
                 continue
-            if phrase.about("home"):
+            if phrase.about("home") or (len(phrase.parts) == 1 and phrase.parts[0].text == "here"):
                 continue
             sure = self.sure(group)
             if phrase.relation or self.quiet(phrase):
@@ -290,6 +311,7 @@ class Grounding:
                     continue
                 raise self.fault(found)
             ids = [i for i in found.ids if i not in {ANYWHERE, ORIGIN}]
+            self.taken_off = (ids[0] if len(ids) == 1 else None, self.turn)
             if sure:
                 self.check_there(sure, ids, phrase)
             else:
@@ -326,6 +348,7 @@ class Grounding:
         for length in range(min(len(clause.exception), 12), 0, -1):
             found = resolve_objects(clause.exception[:length], self.scene, self.talk())
             if isinstance(found, Found):
+                self.use(*clause.exception[:length])
                 return list(found.ids)
             places = resolve_places(clause.exception[:length], self.scene, self.talk())
             if isinstance(places, Found) and not {ANYWHERE, ORIGIN} & set(places.ids):
@@ -338,8 +361,14 @@ class Grounding:
     def told_once(self, targets: tuple[Phrase, ...]) -> tuple[Phrase, ...]:
         """Without those that a name right after them makes clear: "the second one, object 5"."""
         gone = []
+        cut = next(
+            (i for i, (a, b) in enumerate(pairwise(targets), 1) if self.parted(a, b) and _counting(b, self.scene)), 0
+        )
+        ids = tuple(dict.fromkeys(i for p in targets[:cut] for i in self.quiet(p)))
+        if len(ids) > 1:  # "objects 3 and 5: the first one to position 33, the second one to position 34"
+            self.listed, self.targets, self.among, targets = (ids, self.turn), (ids, self.turn), ids, targets[cut:]
         for phrase, name in pairwise(targets):
-            if ":" in self.now.text[phrase.extent.end : name.extent.start] and self.detailed(phrase, targets):
+            if self.parted(phrase, name) and self.detailed(phrase, targets):
                 gone.append(phrase)
                 continue
             if not name.apposed or phrase.aside or not any(t.number for t in name.parts):
@@ -349,6 +378,9 @@ class Grounding:
             if isinstance(vague, Fault) and vague.code == "E304" and ids and set(ids) <= set(vague.candidates):
                 gone.append(phrase)
         return tuple(p for p in targets if p not in gone)
+
+    def parted(self, before: Phrase, after: Phrase) -> bool:
+        return ":" in self.now.text[before.extent.end : after.extent.start]
 
     def detailed(self, phrase: Phrase, targets: Sequence[Phrase]) -> bool:
         """Whether the targets behind a phrase are all of what it means ("the blocks: green on level 1, ...")."""
@@ -387,6 +419,8 @@ class Grounding:
             at = [self.quiet_place(p) for p in locations]
             if self.lost and not at:
                 raise Stop
+            if picking and self.approached is not None and not self.ledger.pending:  # "approach the drum. Grasp, lift."
+                return Found((self.approached,))
             self.complain("E305", "no object is named", clause.extent, "what?", "name the object")
             raise Stop
         at_ids = self.from_where(group, locations)
@@ -403,7 +437,8 @@ class Grounding:
         without = [i for p in excluded for i in self.find(p).ids]
         if clause.exception:
             without += self.exception(clause)
-        ids = tuple(i for i in ids if i not in without)
+        without += self.spared if set(self.spared) < set(ids) else ()
+        ids = self.led_by(tuple(i for i in ids if i not in without))
         if not ids:
             self.complain("E305", "no object is left to act on", clause.extent, "what?")
             raise Stop
@@ -426,9 +461,22 @@ class Grounding:
         ids = tuple(e[0] for e in each if len(e) == 1)
         return replace(whole, ids=ids) if set(ids) == set(whole.ids) else None
 
+    def led_by(self, ids: tuple[str, ...]) -> tuple[str, ...]:
+        """These things with those first that the step says come first."""
+        for phrase in self.leading:
+            found = resolve_objects(phrase.parts, self.scene, replace(self.talk(), targets=ids))
+            first = [i for i in (found.ids if isinstance(found, Found) else found.candidates) if i in ids]
+            if first:
+                self.use(*phrase.parts)
+                return (*first, *(i for i in ids if i not in first))
+        return ids
+
     def where_to(self, phrase: Phrase, container: Phrase | None = None) -> Found:
         """The places of a destination; what follows it ("on shelf level 1") has to agree."""
         self.either(phrase)
+        there = all(lexicon().is_(t.text, "there") for t in phrase.parts)
+        if there and self.ledger.vacated is not None and self.now.text[phrase.extent.end :].lstrip()[:7] == "instead":
+            return Found((self.ledger.vacated,))  # "take A off position 12 and put it aside; set B there instead"
         told = self.place_of_thing(phrase)
         if told is not None:
             return told
@@ -446,6 +494,8 @@ class Grounding:
             joint = Token("on", parts[-1].end, parts[-1].end)
             parts = (*parts, joint, *outer)
         found = resolve_places(parts, self.scene, self.talk())
+        if isinstance(found, Found) and len(parts) == 1 and lexicon().is_(parts[0].text, "there"):
+            self.pointed_at(found.ids)
         if isinstance(found, Fault) and found.code == "E302":
             objects = resolve_objects(phrase.parts, self.scene, self.talk())
             if isinstance(objects, Found) and objects.ids:
@@ -455,10 +505,23 @@ class Grounding:
                     "E302", f"{', '.join(objects.ids[:6])} is an object, not a place", phrase.extent,
                     "not a place of the map", "name the place where it is to go",
                 )  # fmt: skip
+        own = phrase.parts[0].text in {"its", "their"} and isinstance(found, Found) and found.ids == (ORIGIN,)
+        if own and len(phrase.parts) == 2 and not set(self.targets[0]) & self.ledger.handled:
+            said = phrase.extent.cut(self.now.text)
+            found = Fault("E305", f"`{said}`: it was never taken from there", phrase.extent, "where?", "name the place")
         if isinstance(found, Fault):
             raise self.fault(found)
         self.told(found, phrase)
         return found
+
+    def pointed_at(self, places: Sequence[str]) -> None:
+        """Where the step names such a place outside its keywords, that was read by "there"."""
+        parts = tokens(self.now.text)
+        for first, last in mentions(parts, self.scene):
+            name = tuple(t for t in parts if first.start <= t.start <= last.start)
+            named = {e.id for e in exactly_named(name, self.scene.places)}
+            if named and named <= set(places):
+                self.use(*name)
 
     def with_noun(self, phrase: Phrase) -> Phrase:
         """ "From the top level to the middle one", "slot 1 of rack B ... the second one": with the noun of the place
@@ -579,6 +642,15 @@ def _each(targets: Sequence[Phrase], text: str) -> tuple[Phrase, ...]:
     if linked[:1] != ["and"] or several:
         return tuple(targets)
     return replace(first, parts=first.parts[1:]), then
+
+
+def _counting(phrase: Phrase, scene: Scene) -> bool:
+    """ "The first one", "the former", "one", "the red one": one of several named before."""
+    lex = lexicon()
+    words = [t for t in phrase.parts if not lex.is_(t.text, "articles")]
+    if words[-1:] and words[-1].text == "one" and {t.text for t in words[:-1]} <= scene.colours | lex.sizes.keys():
+        return True
+    return all(t.text in lex.ordinals or t.text in {"one", "former", "latter", "other"} for t in words)
 
 
 def _noun(parts: Sequence[Token]) -> tuple[Token, ...]:

@@ -69,6 +69,7 @@ def named_by_heading(step: LabelledStep) -> LabelledStep:
     head, verb, pronoun = spans[:3]
     pointing = lexicon().is_(pronoun.text.casefold(), "pronouns", "plural_pronouns")
     between = step.text[head.end : verb.start].strip(" *_")
-    if between != ":" or not pointing or step.text[verb.end : pronoun.start].strip():
+    lead = {t.text for t in tokens(step.text, verb.end, pronoun.start)}
+    if between != ":" or not pointing or not lead <= {"both", "all", "each", "of"}:
         return step
     return replace(step, spans=tuple(s for s in step.spans if s is not pronoun))

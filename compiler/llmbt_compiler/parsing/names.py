@@ -46,7 +46,8 @@ class Talk:
     before; `lost`: the last target could not be resolved, so that "it" means nothing; `mentioned` are objects that the
     step names on the side ("after picking up the coke, bring it ..."), `around` such places; `vacated` is where the
     thing taken last stood; `listed` are several things that were named together not long ago; `whole`: the last targets
-    were named as one ("everything"); `taken` is what was taken or moved last.
+    were named as one ("everything"); `taken` is what was taken or moved last; `among` are the things from which a step
+    says to choose ("of the two balls, ...").
     """
 
     where: Mapping[str, str | None] = field(default_factory=dict)
@@ -62,6 +63,7 @@ class Talk:
     listed: tuple[str, ...] = ()
     whole: bool = False
     taken: str | None = None
+    among: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

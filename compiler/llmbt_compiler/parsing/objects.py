@@ -24,7 +24,7 @@ from llmbt_compiler.parsing.names import (
 )
 from llmbt_compiler.parsing.phrase import Description, conjuncts, describe, split_exception, split_place
 from llmbt_compiler.parsing.places import resolve_places
-from llmbt_compiler.parsing.scene import Entity, Scene
+from llmbt_compiler.parsing.scene import Entity, Scene, natural
 from llmbt_compiler.parsing.words import Token, lexicon, singulars
 
 __all__ = ["resolve_objects"]
@@ -41,6 +41,9 @@ def resolve_objects(
     if len(exact) == 1:
         return Found((exact[0].id,), words=())
     parts = _content(_standing_at(parts), scene)
+    sorted_out = _of_each(parts, scene, talk, at)
+    if sorted_out is not None:
+        return sorted_out
     head, inner = split_place(parts) if split_exception(parts) is None else (tuple(parts), ())
     if inner:
         place = resolve_places(inner, scene, talk)
@@ -66,6 +69,34 @@ def resolve_objects(
     return joined(found)
 
 
+def _of_each(parts: Sequence[Token], scene: Scene, talk: Talk, at: tuple[str, ...]) -> Found | None:
+    """ "One block of each colour": of every colour, or shape, the lowest that nothing was done with."""
+    said = [t.text for t in parts]
+    i = next((i for i, w in enumerate(said[:-1]) if w in {"each", "every"} and said[i + 1] in _KINDS), 0)
+    whole = i + 2 == len(said) and said[i - 1] in {"of", "in", "from", "for"} and said[0] in {"one", "a", "an"}
+    if not i or not whole:
+        return None
+    pool = resolve_objects((replace(parts[0], text="all", number=None), *parts[1 : i - 1]), scene, talk, at=at)
+    ids = pool.ids if isinstance(pool, Found) else tuple(e.id for e in scene.objects) if i == 2 else ()
+    chosen: dict[frozenset[str], str] = {}
+    for id_ in sorted(ids, key=natural):
+        kind = scene[id_].colour if said[i + 1] in _COLOURS else _words_of_shape(scene, id_)
+        if id_ not in talk.handled and kind:
+            chosen.setdefault(kind, id_)
+    if len(chosen) < 2:
+        return None
+    return Found(tuple(chosen.values()), chosen=(f"`{says(parts)}`: {', '.join(chosen.values())}",))
+
+
+_COLOURS = frozenset({"colour", "color"})
+_KINDS = _COLOURS | {"shape"}
+
+
+def _words_of_shape(scene: Scene, id_: str) -> frozenset[str]:
+    shape = next((o.shape for o in scene.map.objects if o.id == id_), "")
+    return frozenset({shape}) - {""}
+
+
 _STANDS = frozenset({"is", "are", "stands", "stand", "sits", "sit", "lies", "lie", "rests", "rest", "was", "were"})
 _BESIDES = frozenset(
     {"currently", "now", "standing", "sitting", "lying", "resting", "located", "placed", "still", "already"}
@@ -74,10 +105,18 @@ _BESIDES = frozenset(
 
 def _standing_at(parts: Sequence[Token]) -> Sequence[Token]:
     """ "The block that is currently on position 22", "... that occupies position 22": the block on position 22."""
+    if parts and parts[0].text == "whatever":  # "whatever you find on the table"
+        at = next((i for i, t in enumerate(parts[:6]) if lexicon().is_(t.text, "at", "from")), 1)
+        parts = (parts[0], *parts[at:])
     for i, t in enumerate(parts):
         j = i + 1 if t.text in {"that", "which"} and i else i
+        while j > i and j < len(parts) - 1 and parts[j].text in _BESIDES:
+            j += 1
         if i and j < len(parts) and parts[j].text in {"occupies", "occupying", "occupy"}:
             return (*parts[:i], Token("on", t.start, parts[j].end), *parts[j + 1 :])
+        bare = i and t.text in {"left", "remaining"} and i < len(parts) - 2  # "everything left in the tray"
+        if bare and lexicon().is_(parts[i + 1].text, "at", "from"):
+            return (*parts[:i], *parts[i + 1 :])
         if j == i or j >= len(parts) or parts[j].text not in _STANDS:
             continue
         j += 1
@@ -91,7 +130,16 @@ def _standing_at(parts: Sequence[Token]) -> Sequence[Token]:
 def _content(parts: Sequence[Token], scene: Scene) -> Sequence[Token]:
     """ "Carton of milk" is the milk, where the map knows no carton; "the set of green blocks" is these blocks."""
     lex = lexicon()
+    for i, t in enumerate(parts[:-2]):
+        if t.text in {"contents", "content", "load", "occupant", "occupants"} and parts[i + 1].text == "of":
+            return (replace(t, text="everything"), replace(parts[i + 1], text="on"), *parts[i + 2 :])
     for i, t in enumerate(parts[:-1]):
+        if t.owner and parts[i + 1].text in {"content", "contents"} and i + 2 == len(parts):
+            whole, at = replace(parts[0], text="everything", owner=False), replace(parts[0], text="on", owner=False)
+            return (whole, at, *parts[:i], replace(t, owner=False))  # "the pallet's contents"
+        if t.text in {"content", "contents"} and parts[i + 1].text == "of" and i + 2 < len(parts):
+            whole, at = replace(t, text="everything", start=parts[0].start), replace(parts[i + 1], text="on")
+            return (whole, at, *parts[i + 2 :])  # "the whole contents of the tray"
         if t.text in lex.collectives and parts[i + 1].text == "of" and i + 2 < len(parts):
             return (*parts[:i], *parts[i + 2 :])
         vessel = i and t.text == "of" and lex.is_(next(singulars(parts[i - 1].text)), "vessels")
@@ -141,6 +189,7 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
         return _one_of(d, said, talk)
     if d.pronoun in {"former", "latter"}:
         known = talk.targets or talk.pending
+        known = talk.listed if len(known) != 2 and len(talk.listed) == 2 else known
         one = known[:1] if d.pronoun == "former" else known[1:]
         if d.pronoun == "latter" and len(talk.pending) == 1:  # the former has been put down
             return Found(talk.pending)
@@ -168,11 +217,20 @@ def _objects(d: Description, said: str, scene: Scene, talk: Talk, at: tuple[str,
                 "not there",
                 _standing(scene, talk, at),
             )
+    if talk.among and (d.anaphoric or d.size or d.ordinal or d.count):
+        base = [e for e in base if e.id in talk.among] or base
     if not base:
         return unknown(d, scene, True, said)
-    if d.anaphoric and set(d.texts) <= scene.colours:  # "the red cup on the table, the blue one on the bar"
+    if d.anaphoric and d.size and not talk.among and (talk.described or len(talk.targets) == 1):
+        kind = set(talk.described) or scene[talk.targets[0]].words - scene.colours
+        kind = {w for w in kind if lexicon().alike(w).isdisjoint(lexicon().sizes)}
+        base = [
+            e for e in base if all(scene.fits(e, w) for w in kind)
+        ] or base  # "the bigger cube ..., the smaller one"
+    elif d.anaphoric and set(d.texts) <= scene.colours:  # "the red cup on the table, the blue one on the bar"
         said_before = set(talk.described) - scene.colours
-        kinds = [scene[i].words - scene.colours for i in talk.targets] if not said_before else []
+        adjectives = scene.colours | lexicon().sizes.keys()
+        kinds = [scene[i].words - adjectives for i in talk.targets] if not said_before else []
         alike = [e for e in base if any(kind <= e.words for kind in kinds)]
         alike += [e for e in base if said_before and all(scene.fits(e, w) for w in said_before)]
         base = alike or base
@@ -243,6 +301,7 @@ def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: 
     if d.rest:
         left = [i for i in base if i in talk.pending]  # picked up together, and not put down yet
         base = left if left and d.bare else [i for i in base if i not in talk.handled]
+        base = [i for i in base if i not in talk.targets or i in left] or base  # "leave the milk; the others ..."
         single = not d.many and wanted is None
         if talk.described and (len(base) > 1 if single else wanted is not None and len(base) != wanted):
             base = [i for i in base if all(scene.fits(scene[i], w) for w in talk.described)]
@@ -276,7 +335,11 @@ def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: 
     held = [i for i in talk.pending if i in base]
     if len(held) == 1 and not picking:
         return Found(tuple(held))
-    if len(talk.targets) == 1 and talk.targets[0] in base and not (picking and talk.targets[0] in talk.handled):
+    if (
+        len(talk.targets) == 1
+        and talk.targets[0] in base
+        and (d.pointing or not (picking and talk.targets[0] in talk.handled))
+    ):
         return Found(talk.targets)
     if talk.lost and not d.words:
         return Fault("", "", d.extent)

@@ -76,24 +76,42 @@ class Ordering(Acting):
             self.left_out(clause, "changes no goal")  # "switch to standby mode"
         elif verb.is_("exchange"):
             self.exchange(clause, things)
+        elif verb.is_("leaving") and self.moved_here(clause, things):
+            words = clause.extent.cut(self.now.text)
+            self.complain("E304", f"`{words}`: the step moves it", clause.extent, "which?", "say what is to be moved")
         elif verb.is_("leaving") and things.targets and not things.destinations and self.stays(clause, things):
+            if not self.ledger.pending:
+                self.mention(things)
             self.left_out(clause, "changes no goal")
         elif verb.lemma == "leave" and any(
             not p.preposition and p.extent.start > clause.extent.end and not _pointing(p)
             for p in (*things.destinations, *things.locations)
         ):
             self.unknown_action(clause, verb)  # "parcel 21 should leave slot B3"
-        elif verb.templates:
+        elif verb.templates and not self.of_itself(verb, things):
             self.act(clause, verb, things)
         else:
             self.without_template(clause, verb, things)
 
+    def of_itself(self, verb: Verb, things: Group) -> bool:
+        """Whether a verb that may also be said of a thing is said of the robot: "rest a while", "stand by"."""
+        if things.targets or not verb.is_("idle", "own") or verb.is_("leaving"):
+            return False
+        return "_" in verb.lemma or not (self.ledger.pending and things.destinations)
+
     def idiom(self, clause: Clause) -> bool:
         """ "Take a look", "have a break": the noun tells what is done. "Do nothing with the apple"."""
-        after = [t.text for t in tokens(self.now.text, clause.extent.end)][:3]
+        after = [t.text for t in tokens(self.now.text, clause.extent.end)][:4]
         if after[:1] == ["nothing"] and clause.action.casefold() == "do":
             return True
-        return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 2 if after[0] in {"a", "an"} else 1])
+        return bool(after) and any(lexicon().is_(w, "idioms") for w in after[: 4 if after[0] in {"a", "an"} else 1])
+
+    def moved_here(self, clause: Clause, things: Group) -> bool:
+        """ "Empty the tray onto the pallet, but leave parcel 17": what the step moved is not to be."""
+        lead = [t.text for t in tokens(self.now.text, 0, clause.extent.start)][-2:]
+        ids = {i for p in things.targets for i in self.quiet(p)}
+        moved = {e.target for e in self.ledger.moves if e.step.number == self.now.number}
+        return "but" in lead and not (things.destinations or things.locations) and bool(ids & moved)
 
     def stays(self, clause: Clause, things: Group) -> bool:
         """ "Leave object 6 where it is", or what is not in the hand."""
@@ -325,7 +343,9 @@ class Ordering(Acting):
             things = replace(things, destinations=real)
         groups = clause.groups or (Group(),)
         for i, group in enumerate(groups):
-            self.following = i > 0
+            self.following, self.leading = i > 0, self.led(groups[i + 1]) if i + 1 < len(groups) else ()
+            if i and self.led(group):
+                continue
             kept = Group(*(tuple(p for p in ps if p in things.phrases and not p.excluded) for ps in _of(group)))
             excluded = tuple(p for p in group.targets if p.excluded)
             if len(groups) > 1 and not kept.phrases:
@@ -337,6 +357,11 @@ class Ordering(Acting):
             except Stop:
                 self.lost = True
                 self.targets = ((), -9)
+
+    def led(self, group: Group) -> tuple[Phrase, ...]:
+        """ "The two balls on level 2, the white one first": what is to come first."""
+        after = [t.text for p in group.targets[-1:] for t in tokens(self.now.text, p.extent.end)[:1]]
+        return group.targets if after == ["first"] and len(group.phrases) == 1 else ()
 
     def on_hand(self, things: Group) -> bool:
         """Whether the targets are what is in the hand, or none are named."""

@@ -40,6 +40,7 @@ class Description:
     pronoun: str = ""
     partitive: bool = False  # "two of the blocks"
     anaphoric: bool = False  # "one" or "ones" in the place of a noun
+    pointing: bool = False  # "this block"
 
     @property
     def many(self) -> bool:
@@ -76,8 +77,8 @@ def split_place(parts: Sequence[Token], *prepositions: str) -> tuple[tuple[Token
 
 _EXCEPTING = (
     ("with", "the", "exception", "of"), ("other", "than"), ("apart", "from"), ("aside", "from"), ("except", "for"),
-    ("save", "for"), ("but", "not"), ("except",), ("excepting",), ("excluding",), ("without",), ("besides",),
-    ("minus",), ("but",), ("barring",),
+    ("save", "for"), ("but", "not"), ("save",), ("except",), ("excepting",), ("excluding",), ("without",), ("besides",),
+    ("minus",), ("but",), ("barring",), ("leaving", "out"), ("leaving", "aside"), ("not", "counting"), ("ignoring",),
 )  # fmt: skip
 _BEING = frozenset({"that", "which", "who", "is", "are", "being", "be"})
 _NOT = frozenset({"not", "isnt", "arent", "non", "neither"})
@@ -280,6 +281,8 @@ class _Reader:
                     return True
         if lex.is_(t.text, "definite", "indefinite", "articles"):
             self.flags["definite" if not lex.is_(t.text, "indefinite") else "indefinite"] = True
+            if t.text in {"this", "that"}:
+                self.flags["pointing"] = True
             if t.text in {"these", "those"}:
                 self.flags["plural"] = True
             return True
@@ -289,7 +292,8 @@ class _Reader:
         word = self.scene.word(t, self.movable)
         lex = lexicon()
         named = self.words and self.words[-1].text not in self.scene.colours
-        if not word.text and self.movable and named and lex.is_(next(singulars(t.text)), "vessels"):
+        vessel = next((form for form in singulars(t.text) if lex.is_(form, "vessels")), None)
+        if self.movable and named and vessel is not None and vessel not in self.scene.vocabulary(True):
             return  # "coke can", where the map knows no can
         if (
             not word.text

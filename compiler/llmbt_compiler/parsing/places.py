@@ -90,6 +90,8 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
 
 
 _STEAD = frozenset({"place", "stead", "spot", "position"})
+_BECOMING = frozenset({"now", "newly", "leaves", "left", "become", "becomes", "became"})
+_LEAVING = frozenset({"leaves", "left", "vacates", "vacated", "frees", "freed"})
 _LEFT = frozenset({"freed", "vacated", "emptied"})
 
 
@@ -105,13 +107,18 @@ def _left(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | Fault | N
             extent = Extent(parts[0].start, parts[-1].end)
             return Fault("E305", f"`{says(parts)}`: whose, and which?", extent, "where?", "name the place")
         return Found((talk.vacated,))  # "put object 3 in the sorting area; object 7 in its place"
+    if len(said) == 2 and said[0] in {"its", "their"} and said[1] in scene.generic(False):
+        return Found((ORIGIN,))  # "set it back in its slot"
     pointed = len(said) == 2 and said[0] in {"that", "this"} and said[1] in scene.generic(False)
     if pointed and talk.vacated is not None and scene.single(talk.vacated):
         here = talk.place is not None and all(scene.fits(scene[talk.place], w) for w in kinds)
         return None if here else Found((talk.vacated,))  # "take crate A from its slot ...; crate C into that slot"
-    freed = any(w in _LEFT for w in said) or any(
-        a in {"now", "newly"} and lex.is_(b, "vacant") for a, b in pairwise(said)
+    freed = (
+        any(w in _LEFT for w in said)
+        or {"that", "leaves"} <= set(said)
+        or any(a in _BECOMING and lex.is_(b, "vacant") for a, b in pairwise(said))
     )
+    freed = freed or any(a in {"it", "this", "that"} and b in _LEAVING for a, b in pairwise(said))
     if not freed:
         return None
     if (
@@ -189,7 +196,7 @@ def _places(
     if d.unknown:
         return unknown(d, scene, False, said)
     if d.origin:
-        return Found((ORIGIN,))
+        return _old(d, scene, talk)
     if d.same:
         return _same(d, said, scene, talk)
     pool = scene.places if pool is None else pool
@@ -244,6 +251,16 @@ def _pointed(d: Description, said: str, scene: Scene, talk: Talk) -> Found | Fau
     if len(talk.around) == 1:  # "since the desk is empty, put the apple there"
         return Found(talk.around)
     return Fault("E305", f"`{said}` points to no place named before", d.extent, "where?", "name the place")
+
+
+def _old(d: Description, scene: Scene, talk: Talk) -> Found:
+    """ "Its old slot": where it stood, or, said of what never stood elsewhere, where the thing before it did."""
+    moved = any(i in talk.handled for i in talk.targets)
+    other = talk.vacated is not None and scene.single(talk.vacated) and talk.taken not in talk.targets
+    if not (other and d.texts and talk.targets) or moved or talk.vacated is None:
+        return Found((ORIGIN,))
+    fits = all(scene.fits(scene[talk.vacated], w) for w in d.texts)
+    return Found((talk.vacated,) if fits else (ORIGIN,))
 
 
 def _same(d: Description, said: str, scene: Scene, talk: Talk) -> Found | Fault:

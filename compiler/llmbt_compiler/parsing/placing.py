@@ -18,6 +18,7 @@ from llmbt_compiler.parsing.ground import Grounding, Open, Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent, Note, NoteKind
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, exactly_named
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import natural
 from llmbt_compiler.parsing.verbs import Shape
@@ -31,6 +32,9 @@ _CAME_FROM = re.compile(
     r"\s*(?:back\s+)?(?:to\s+)?where\s+(?:it|they)\s+(?:was|were|(?P<came>came)|stood|had\s+been|has\s+been|have\s+been)\b",
     re.IGNORECASE,
 )
+_STOPS = frozenset({".", ";", "!", "?"})
+_SPREADING = frozenset({"distribute", "spread", "divide", "scatter", "split", "allocate"})
+_AT_PRESENT = frozenset({"currently", "presently", "now", "standing", "lying", "sitting", "located", "resting"})
 _ARROWS = frozenset({"->", "=>", "→", "⇒", "to"})
 _SIDE = frozenset({"the", "far", "very", "left", "right", "front", "back", "side", "end", "hand", "most"})
 
@@ -67,6 +71,10 @@ class Placing(Grounding):
         """On: the target, or what is in the hand, comes to the destination."""
         lex = lexicon()
         targets, destinations, locations = group.targets, list(group.destinations), list(group.locations)
+        fronted = [p for p in destinations if p.extent.end <= clause.extent.start and self.quiet_place(p) is not None]
+        there = [p for p in destinations if all(lex.is_(t.text, "there") for t in p.parts)]
+        if len(fronted) == 1 and there and fronted[0] not in there and clause.action:  # "rack A has room, put it there"
+            destinations = [p for p in destinations if p not in there]
         if any(len(p.parts) == 1 and lex.is_(p.parts[0].text, "there") for p in destinations):
             destinations = [p for p in destinations if p.preposition != "for"]  # "leave it there for the user"
         for p in [p for p in destinations if lex.is_(p.preposition, "from")]:
@@ -78,7 +86,13 @@ class Placing(Grounding):
             ):  # "object 1: sorting area -> position 11"
                 destinations.remove(a)
                 locations.append(a)
+        if len(destinations) > 1 and self.taken_from(targets, destinations[0], destinations[-1]):
+            locations.append(destinations.pop(0))  # "carry the things on the bar over to the desk"
+        for p in [p for p in destinations if len(destinations) > 1 and self.stated(p)]:
+            destinations.remove(p)
+            locations.append(p)
         placed_on = [p for p in locations if lex.is_(p.preposition, "at", "onto") and not p.relation]
+        placed_on = [p for p in placed_on if not self.relative(p)]
         if not destinations and placed_on and not self.all_there(targets, placed_on[-1]):
             destinations.append(placed_on[-1])
             locations.remove(placed_on[-1])
@@ -91,14 +105,60 @@ class Placing(Grounding):
             destinations = [missed]
         elif missed is not None and self.onwards(missed) and self.all_there(targets, destinations[-1]):
             locations, destinations = [*locations, *destinations], [missed]  # "the crates on rack A to the pallet"
+        if len(destinations) > 1:  # "bring it over here to me", "there is space in rack A, put it in there"
+            real = [p for p in destinations if not (len(p.parts) == 1 and lex.is_(p.parts[0].text, "there"))]
+            destinations = real if len(real) == 1 else destinations
+        if clause.action.casefold() in _SPREADING:  # "distribute the blocks over positions 11 and 12"
+            destinations = [replace(p, relation="") if p.relation == "over" else p for p in destinations]
         container = self.outer(destinations, locations)
         ids, words = self.brought(clause, replace(group, locations=tuple(locations)), excluded)
         extent = extent_of(clause, group)
         self.begin = self.beginning(clause)
         places = self.aims(clause, templates, destinations, ids, container)
+        ids = self.one_each(group, destinations, ids, places)
         self.put(clause, templates, ids, places, extent)
+        taken_off, turn = self.taken_off
+        if "aside" in clause.particles and taken_off == self.ledger.vacated is not None and self.turn - turn <= 1:
+            self.place = (taken_off, self.turn)  # "there" is the place that was named, not where the thing went
         self.described = words or self.described
         self.last = tuple(t for t in templates if self.shape(t) is Shape.PLACE)
+
+    def one_each(
+        self, group: Group, destinations: Sequence[Phrase], ids: tuple[str, ...], places: tuple[str, ...]
+    ) -> tuple[str, ...]:
+        """ "A green block on each of positions 31 and 33": as many of the kind as there are places."""
+        each = any(t.text in {"each", "every"} for p in destinations for t in p.parts)
+        if not each or len(ids) != 1 or len(places) < 2 or len(group.targets) != 1:
+            return ids
+        parts = group.targets[0].parts
+        if not (lexicon().is_(parts[0].text, "indefinite") or parts[0].text == "one"):
+            return ids
+        count = replace(parts[0], text=str(len(places)), number=str(len(places)))
+        found = resolve_objects((count, *parts[1:]), self.scene, self.talk())
+        return found.ids if isinstance(found, Found) and len(found.ids) == len(places) else ids
+
+    def relative(self, phrase: Phrase) -> bool:
+        """Whether a relative clause tells a place ("everything that's on the table"): nothing is to go there."""
+        before = max((s.end for s in self.now.spans if s.end <= phrase.extent.start), default=0)
+        lead = {t.text for t in tokens(self.now.text, before, phrase.extent.start)}
+        return bool(lead & {"is", "are", "was", "were"}) and bool(lead & {"that", "which"})
+
+    def stated(self, phrase: Phrase) -> bool:
+        """Whether the words before a place say that a thing is there at the moment ("currently on position 34")."""
+        lead = [t.text for t in tokens(self.now.text, 0, phrase.extent.start) if not lexicon().is_(t.text, "articles")]
+        return lexicon().is_(phrase.preposition, "at") and len(lead) > 1 and lead[-2] in _AT_PRESENT
+
+    def taken_from(self, targets: Sequence[Phrase], first: Phrase, last: Phrase) -> bool:
+        """Whether the first of two places, right behind the only target, is where the things are now."""
+        lex = lexicon()
+        if len(targets) != 1 or not lex.is_(first.preposition, "at") or not lex.is_(last.preposition, "onto"):
+            return False
+        place = self.quiet_place(first)
+        behind = [t.text for t in tokens(self.now.text, targets[0].extent.end, first.extent.start)]
+        plain = [w for w in behind if not lex.is_(w, "articles")] == [first.preposition]
+        if place is None or place in {ANYWHERE, ORIGIN} or not plain or first.relation:
+            return False
+        return isinstance(resolve_objects(targets[0].parts, self.scene, self.talk(), at=(place,)), Found)
 
     def missed(self, clause: Clause, group: Group | None = None) -> Phrase | None:
         """A place behind the clause's target, or that of a group of it, that the tagger left unlabelled, told by a
@@ -109,6 +169,7 @@ class Placing(Grounding):
         later = (p.extent.start for p in clause.phrases if p not in phrases and p.extent.start > start)
         actions = (s.start for s in self.now.spans if s.label is Kind.ACTION and s.start > start)
         parts = tokens(self.now.text, start, min((*actions, *later), default=len(self.now.text)))
+        parts = tuple(takewhile(lambda t: t.text not in _STOPS, parts))
         found: list[Phrase] = []
         for first, last in mentions(parts, self.scene):
             name = tuple(t for t in parts if first.start <= t.start <= last.start)
@@ -153,7 +214,10 @@ class Placing(Grounding):
                 continue
             for length in range(len(words), 1, -1):
                 found = resolve_places(words[:length], self.scene, self.talk())
-                one = isinstance(found, Found) and len(found.ids) == 1 and not found.vague and not found.corrected
+                each = words[0].text in {"each", "every"}
+                one = (
+                    isinstance(found, Found) and (len(found.ids) == 1 or each) and not (found.vague or found.corrected)
+                )
                 if one and isinstance(found, Found) and found.ids[0] not in {ANYWHERE, ORIGIN}:
                     extent = Extent(words[0].start, words[length - 1].end)
                     yield Phrase(Kind.DESTINATION, words[:length], extent, t.text)
@@ -184,6 +248,8 @@ class Placing(Grounding):
         container: Phrase | None,
     ) -> tuple[str, ...]:
         """The places that the destinations name, or that the verb, the hand or the way gone imply."""
+        if len(destinations) == 1 and "back" in clause.particles and _its_place(destinations[0]):
+            return (ORIGIN,)  # "set it back in its slot"
         if destinations:
             return tuple(i for p in destinations for i in self.where_to(p, container).ids)
         if "back" in clause.particles or self.to_origin(clause):
@@ -433,6 +499,14 @@ class Placing(Grounding):
         moves = self.ledger.moves
         last = [str(e.target) for e in moves if e.step.number == moves[-1].step.number and e.target is not None]
         return targets if len(targets) == 2 else tuple(dict.fromkeys(last))
+
+
+def _its_place(phrase: Phrase) -> bool:
+    """ "Its slot", "their places"."""
+    words = [t.text for t in phrase.parts]
+    lex = lexicon()
+    own = words[0] in {"its", "their"} and words[-1].removesuffix("s") in lex.places
+    return own and len(words) == 2
 
 
 def _owned(phrase: Phrase) -> Phrase:

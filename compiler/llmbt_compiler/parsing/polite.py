@@ -1,13 +1,15 @@
 """Words that say nothing: courtesy that looks like a condition ("if it's not too much trouble", "when you have a
-moment"), "next to nothing"."""
+moment"), "next to nothing", sayings ("let me know when you are done"), telegrams ("STOP")."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import replace
 
+from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.explained import without
 from llmbt_compiler.parsing.model import Extent, LabelledStep
+from llmbt_compiler.parsing.words import lemmas, lexicon
 
 __all__ = ["outspoken"]
 
@@ -30,11 +32,56 @@ _SHOULD = re.compile(r"^\W*(should)\s+(?!I\b|we\b)[^,;.!?]{2,60},", re.IGNORECAS
 """A condition without an "if"."""
 
 
+_ON = r"(?:(?!\s+(?:and|then|but)\b)[^,;.:!?])*"
+_SAYING = re.compile(
+    rf"\b(?:(?:please\s+)?let\s+(?:me|us|him|her|them|the\s+\w+)\s+know\b{_ON}"
+    rf"|keep\s+(?:me|us|him|her|them)\s+(?:posted|informed|updated|in\s+the\s+loop)\b{_ON}"
+    r"|bear\s+with\s+(?:me|us)|take\s+your\s+time|call\s+it\s+a\s+day|have\s+a\s+(?:rest|break)"
+    rf"|make\s+a\s+(?:mental\s+)?note\b{_ON}|do(?=\s+(?:put|place|bring|take|move|set|fetch|get)\b)"
+    r"|quick(?:ly)?(?:,\s*quick(?:ly)?)*\s*[,!:](?=\s*\w)|job\s+done)"
+    r"|\b(?:FYI|NB|N\.B\.|PS|P\.S\.)\s*[,:]?(?=\s)",
+    re.IGNORECASE,
+)
+"""Said in passing, or to somebody: it asks for nothing that changes the scene."""
+_STOP = re.compile(r"(?<=[\w)])\s+(STOP)\b(?=\s*(?:$|[A-Z.,;!]))")
+_BY_CAMERA = re.compile(
+    r"\W*(?:please\s+)?(?P<verb>\w+)\s+(?P<means>(?:by|via|using|with|through)\s+(?:the\s+|your\s+)?(?:wrist\s+)?"
+    r"(?:camera|sensors?|vision|image)\b)",
+    re.IGNORECASE,
+)
+
+
 def outspoken(step: LabelledStep) -> LabelledStep:
     """The step without words that say nothing, its condition with an "if" ("should it fall, ..."); offsets stay."""
     m = _SHOULD.match(step.text)
     if m is not None:
         a, b = m.span(1)
         step = replace(step, text=f"{step.text[:a]}{'if':<{b - a}}{step.text[b:]}")
-    m = _POLITE.search(step.text)
-    return without(step, Extent(*m.span())) if m is not None else step
+    for pattern in (_POLITE, _SAYING):
+        m = pattern.search(step.text)
+        step = without(step, Extent(*m.span())) if m is not None else step
+    return _telegram(_by_camera(step))
+
+
+def _by_camera(step: LabelledStep) -> LabelledStep:
+    """ "Confirm by camera that ...": with what it is seen is left out, and what looks is the verb."""
+    m = _BY_CAMERA.match(step.text)
+    if m is None or not lexicon().verbs["checking"].intersection(lemmas(m["verb"].casefold())):
+        return step
+    step = without(step, Extent(*m.span("means")))
+    if any(s.start < m.end("verb") for s in step.spans):
+        return step
+    return replace(step, spans=(KeywordSpan(*m.span("verb"), Kind.ACTION, m["verb"]), *step.spans))
+
+
+def _telegram(step: LabelledStep) -> LabelledStep:
+    """ "PARCEL 17 TO SLOT A3 STOP" ends there, as with a full stop."""
+    for m in _STOP.finditer(step.text):
+        a, b = m.span(1)
+        cut = tuple(
+            replace(s, end=m.start(), text=step.text[s.start : m.start()]) if s.start < a < s.end else s
+            for s in step.spans
+            if not a <= s.start < b
+        )
+        step = replace(step, text=f"{step.text[:a]}.{' ' * (b - a - 1)}{step.text[b:]}", spans=cut, readings=())
+    return step

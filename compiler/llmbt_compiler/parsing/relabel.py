@@ -14,18 +14,25 @@ from llmbt_compiler.parsing.forms import (
     asked_for,
     assured,
     filled,
+    left_free,
     let_go,
     listed,
     made_free,
+    once_more,
     place_of_its_own,
     told_as_placing,
     wanted_by,
 )
+from llmbt_compiler.parsing.frames import as_before, contrasted, one_each, passive, renamed, so_there, tabled, trimmed
 from llmbt_compiler.parsing.headings import from_to, in_turn, named_by_heading
 from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.polite import outspoken
+from llmbt_compiler.parsing.repairs import mended
+from llmbt_compiler.parsing.rewording import reworded
+from llmbt_compiler.parsing.rows import given, rows
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.scoped import scoped
 from llmbt_compiler.parsing.together import (
     also_named,
     done_by,
@@ -37,9 +44,10 @@ from llmbt_compiler.parsing.together import (
     released,
     same_noun,
 )
-from llmbt_compiler.parsing.told import destined, goings, record, vice_versa
+from llmbt_compiler.parsing.told import destined, due, goings, record, vice_versa
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.whereabouts import by_their_things
+from llmbt_compiler.parsing.wishes import wished
 from llmbt_compiler.parsing.words import lexicon, tokens
 
 __all__ = ["relabelled"]
@@ -51,7 +59,11 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     """The step with the keywords that its form implies; as it is where its form implies none."""
     if len(step.text) > _LONGEST:
         return step
-    step = outspoken(step)
+    table = tabled(step, scene)
+    if table is not None:
+        return table
+    step = scoped(trimmed(left_free(one_each(renamed(outspoken(step), scene)))), scene)
+    step = reworded(contrasted(so_there(passive(as_before(step, scene), scene), scene), scene))
     told = from_to(step, scene)
     if told is not None:
         return told
@@ -59,11 +71,11 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     called = _calls(step, scene)
     if called is not None:
         return called
-    for form in (record, vice_versa, destined, goings):
+    for form in (record, vice_versa, destined, goings, due, rows, given, wished, once_more):
         told = form(step, scene)
         if told is not step:
             return told
-    told = listed(step, scene) or told_as_placing(inverted(step, scene))
+    told = listed(step, scene) or told_as_placing(inverted(step, scene), scene)
     if told is not step:
         return told
     step = let_go(
@@ -73,7 +85,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     )
     if not scene.snap:
         return step
-    step = by_their_things(_whole_names(_nouns_for_verbs(step, scene), scene), scene)
+    step = by_their_things(_whole_names(_nouns_for_verbs(mended(step, scene), scene), scene), scene)
     step = headed_by_things(parted(released(done_by(of_those(same_noun(step), scene), scene), scene), scene), scene)
     return also_named(placed_there(step, scene), scene)
 
@@ -161,7 +173,7 @@ def _whole_names(step: LabelledStep, scene: Scene) -> LabelledStep:
         start, end = min(first.start, touched[0].start), max(last.end, touched[-1].end)
         if len(touched) == 1 and (start, end) == (touched[0].start, touched[0].end):
             continue
-        if first.text == "a" or lexicon().is_(last.text, "articles"):
+        if first.text == "a" or (lexicon().is_(last.text, "articles") and not step.text[last.start].isupper()):
             continue
         whole = replace(
             touched[0], start=start, end=end, text=step.text[start:end], confidence=min(s.confidence for s in touched)

@@ -88,9 +88,15 @@ def _number(text: str) -> str | None:
     return next((t.number for t in reversed(tokens(text)) if t.number is not None), None)
 
 
+def _build(size: tuple[float, float, float]) -> frozenset[str]:
+    """Words for a thing that is much wider than high."""
+    x, y, z = size
+    return frozenset({"flat", "thin"}) if 0 < z * 3 <= min(x, y) else frozenset()
+
+
 def _object(o: MapObject) -> Entity:
     stem = _words(o.id)
-    words = stem | _words(o.name) | _words(o.colour) | _words(o.shape) | _words(o.type)
+    words = stem | _words(o.name) | _words(o.colour) | _words(o.shape) | _words(o.type) | _build(o.size_m)
     keys = frozenset({squash(tokens(o.id)), squash(tokens(o.name))})
     number = _number(o.id) or _number(o.name)
     return Entity(o.id, o.type, True, words, stem, number, keys, _words(o.colour), o.size_m)
@@ -215,7 +221,8 @@ class Scene:
             return False
         if word in self.generic(entity.movable) or (entity.person and lexicon().is_(word, "users")):
             return True
-        return not entity.words.isdisjoint(lexicon().alike(word))
+        called = entity.words - (entity.colour - entity.stem) if word in lexicon().sorts else entity.words
+        return not called.isdisjoint(lexicon().alike(word))
 
     def within(self, place: str | None, container: str) -> bool:
         """Whether a place is a container or lies in it."""

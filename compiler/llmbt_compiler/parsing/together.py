@@ -176,15 +176,29 @@ def released(step: LabelledStep, scene: Scene) -> LabelledStep:
             or verb.corrected
             or not (verb.is_("opening") or verb.templates)
             or not _after_to(step, s.start)
-        ):
+        ) and not _emptied(step, s, scene):
             out.append(s)
             continue
-        if not isinstance(resolve_objects(parts[1:], scene, Talk()), Found):
+        if not isinstance(resolve_objects(parts[1:], scene, Talk()), Found) and not _emptied(step, s, scene):
             out.append(s)
             continue
         out.append(replace(s, label=Kind.ACTION, end=parts[0].end, text=step.text[s.start : parts[0].end]))
         out.append(replace(s, label=Kind.TARGET, start=parts[1].start, text=step.text[parts[1].start : s.end]))
     return replace(step, spans=tuple(out)) if len(out) > len(step.spans) else step
+
+
+def _emptied(step: LabelledStep, span: KeywordSpan, scene: Scene) -> bool:
+    """ "Move crate A to B1 and | empty slot A2": a verb, where it is no destination."""
+    parts = tokens(step.text, span.start, span.end)
+    named = (
+        exactly_named(parts[1:], scene.places) if len(parts) > 1 and parts[0].text in {"empty", "clear", "free"} else ()
+    )
+    lead = [t.text for t in tokens(step.text, 0, span.start)][-1:]
+    return (
+        len(named) == 1
+        and span.label is not Kind.ACTION
+        and (not lead or lexicon().is_(lead[0], "joints") or lead == [","])
+    )
 
 
 def _after_to(step: LabelledStep, at: int) -> bool:

@@ -17,7 +17,7 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.words import tokens
 
-__all__ = ["destined", "goings", "record", "vice_versa"]
+__all__ = ["destined", "due", "goings", "record", "vice_versa"]
 
 _SHORT = 300
 _ON = r"(?:on|onto|to|into|in|at)"
@@ -62,6 +62,11 @@ def goings(step: LabelledStep, scene: Scene) -> LabelledStep:
 
 
 _IS = r"\s+(?:is|stands|sits|lies|are)(?:\s+(?:now|currently|right\s+now|at\s+the\s+moment))?"
+_TAKES = re.compile(
+    r"\W*(?P<one>[^,;:.]{2,60}?)\s+(?:should\s+|must\s+|will\s+)?(?P<verb>takes?)\s+the\s+(?:place|position|slot|spot)\s+of\s+"
+    r"(?P<other>[^,;:.]{2,60}?),?\s+and\s+(?:vice[\s-]+versa|the\s+other\s+way\s+(?:a?round))",
+    re.IGNORECASE,
+)
 _VICE_VERSA = re.compile(
     rf"\W*(?P<verb>\w+)\s+(?P<one>[^,;:.]{{2,60}}?)\s+(?:to\s+)?(?:where|the\s+\w+\s+(?:that|where))\s+(?P<other>[^,;:.]{{2,60}}?){_IS}"
     rf"(?:\s+on)?,?\s+and\s+(?:vice[\s-]+versa|the\s+other\s+way\s+(?:a?round)"
@@ -72,7 +77,8 @@ _VICE_VERSA = re.compile(
 
 def vice_versa(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "Put A where B is and vice versa", "... and B where A is": the two change places."""
-    m = _VICE_VERSA.fullmatch(step.text.rstrip(" .!")) if len(step.text) <= _SHORT else None
+    text = step.text.rstrip(" .!") if len(step.text) <= _SHORT else ""
+    m = _VICE_VERSA.fullmatch(text) or _TAKES.fullmatch(text)
     if m is None or not read_verb(m["verb"].casefold(), (), scene.library).templates:
         return step
     named = {
@@ -84,7 +90,7 @@ def vice_versa(step: LabelledStep, scene: Scene) -> LabelledStep:
     if "back" in ids and (ids["back"], ids["first"]) != (ids["other"], ids["one"]):
         return step
     spans = [KeywordSpan(*m.span("verb"), Kind.ACTION, "swap")]
-    spans += [KeywordSpan(*m.span(k), Kind.TARGET, m[k]) for k in ("one", "other")]
+    spans += [KeywordSpan(*m.span(k), Kind.TARGET, m[k]) for k in named]
     return replace(step, spans=tuple(spans), readings=())
 
 
@@ -105,6 +111,51 @@ def destined(step: LabelledStep, scene: Scene) -> LabelledStep:
     if not all(_found(step, scene, m.span(k), kind) for k, kind in ends):
         return step
     return replace(step, spans=tuple(KeywordSpan(*m.span(k), kind, m[k]) for k, kind in ends), readings=())
+
+
+_WOULD = (
+    r"(?:(?:should|must|will|shall|ought\s+to|has\s+to|have\s+to|needs?\s+to|wants?\s+to|gets?\s+to|(?:is|are)\s+"
+    r"(?:(?:supposed|meant|required|due|scheduled|going)\s+)?to)\s+(?:(?:then|now|also|finally)\s+)?)"
+)
+_WISHED = (
+    r"\W*(?:(?:in|at)\s+the\s+end,?\s+|finally,?\s+)?(?:(?:please\s+)?(?:(?:make|be)\s+sure|ensure|see(?:\s+to\s+it)?)"
+    r"(?:\s+that)?\s+|(?:the\s+)?(?:goal|aim|idea)\s+is\s+that\s+|it['’]?\s*i?s\s+time\s+for\s+|time\s+for\s+)?"
+)
+_THEN = r"(?:\s*[,;.]?\s*(?:and\s+|so\s+)?(?:please\s+)?\w+\s+(?:it|them)\s+there)?(?:,?\s+(?:please|now|then))*[\s.!]*"
+_HOME = r"(?:place|home|spot|seat|rightful\s+place)"
+_DUE = tuple(
+    re.compile(pattern + _THEN, re.IGNORECASE)
+    for pattern in (
+        rf"{_WISHED}(?P<thing>[^,;:.]{{2,80}}?)\s+{_WOULD}(?:go|belong|live|get|end\s+up|be|sit|stand|rest|come)\s+"
+        rf"(?:back\s+|up\s+|down\s+|over\s+)?{_ON}\s+(?P<place>[^,;:.]{{1,60}}?)",
+        rf"{_WISHED}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:goes|belongs?|lives?|gets|ends?\s+up)\s+"
+        rf"(?:back\s+|up\s+|down\s+|over\s+)?{_ON}\s+(?P<place>[^,;:.]{{1,60}}?)",
+        rf"{_WISHED}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:(?:is|are)\s+(?:meant|destined|intended|bound|due|earmarked|scheduled)\s+"
+        rf"(?:for|{_ON})|(?:has|have|finds?)\s+(?:its|their)\s+{_HOME}\s+{_ON}|deserves?(?:\s+an?\s+{_HOME}\s+{_ON})?)"
+        rf"\s+(?P<place>[^,;:.]{{1,60}}?)",
+        rf"\W*(?P<place>[^,;:.]{{2,60}}?)\s+(?:{_WOULD}(?:receive|get|hold|house|contain|accommodate|have|be\s+(?:occupied\s+"
+        rf"by|filled\s+(?:with|by)|given))|receives|(?:is|are)\s+(?:meant|intended|destined)\s+for)\s+"
+        rf"(?P<thing>[^,;:.]{{2,80}}?)",
+        r"\W*(?:assign|allocate|allot|use|dedicate)\s+(?P<place>[^,;:.]{2,60}?)\s+(?:to|for)\s+(?P<thing>[^,;:.]{2,80}?)",
+        r"\W*(?:(?:target|object|item|thing)\s*[:=]\s*)?(?P<thing>[^,;:.=]{2,60}?)\s*[,;:|–—-]?\s*(?:(?:target|final|new)\s+)?"
+        r"destination\s*[:=]?\s*(?P<place>[^,;:.=]{1,60}?)",
+    )
+)
+
+
+def due(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Object 1 is meant for position 12", "the cube wants to live in slot 3, so put it there", "slot 3 is to receive
+    the drum", "use slot 3 for the drum", "object 1: destination position 12"."""
+    if len(step.text) > _SHORT:
+        return step
+    for pattern in _DUE:
+        m = pattern.fullmatch(step.text)
+        ends = (("thing", Kind.TARGET), ("place", Kind.DESTINATION))
+        if m is None or not all(_found(step, scene, m.span(k), kind) for k, kind in ends):
+            continue
+        spans = [KeywordSpan(*m.span(k), kind, m[k]) for k, kind in ends]
+        return replace(step, spans=tuple(sorted(spans, key=lambda s: s.start)), readings=())
+    return step
 
 
 _FIELD = re.compile(

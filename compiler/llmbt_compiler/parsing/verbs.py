@@ -109,10 +109,10 @@ def _known(word: str, particles: Sequence[str], library: Library) -> tuple[str, 
         stem = form.split("_")[0]
         classes = _classes(stem, particles)
         templates = _templates(form, library)
-        if templates and stem != form:
+        if stem != form:
+            if not templates and not _classes(form, ()):
+                continue
             templates += tuple(t for t in _templates(stem, library) if t not in templates)
-        if stem != form and not templates and form not in frozenset[str]().union(*lexicon().verbs.values()):
-            continue
         if templates or classes:
             return form, templates, classes
     return word, (), frozenset()

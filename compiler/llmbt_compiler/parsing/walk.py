@@ -16,6 +16,7 @@ from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses, extents
 from llmbt_compiler.parsing.explained import explanation, without
+from llmbt_compiler.parsing.frames import among
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.headings import headed
 from llmbt_compiler.parsing.lacking import lacking
@@ -28,6 +29,7 @@ from llmbt_compiler.parsing.orders import Ordering
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.scoped import left_out_first
 from llmbt_compiler.parsing.space import arrangement, certainty, related
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
@@ -43,6 +45,10 @@ THRESHOLD = 0.5
 _OFTEN = 3
 """An object that is moved again so often is told of."""
 _MOST = 500
+_GOING = frozenset({
+    "goes", "go", "takes", "take", "comes", "come", "joins", "join", "belongs", "follows", "replaces", "moves",
+    "should", "shall", "must", "ought", "likewise", "too",
+})  # fmt: skip
 _LONGEST = 10_000
 
 
@@ -164,12 +170,21 @@ class _Walker(Ordering):
         if certainty(step) < self.threshold and step.spans:
             self.unsure(step)
             return
+        spared = left_out_first(step, self.scene)
+        self.spared = spared[0] if spared is not None else ()
+        if spared is not None:
+            step = without(step, spared[1])
         step = relabelled(step, self.scene)
         if step.text != self.now.text:
             self.now = replace(self.now, text=step.text)
         self.mentioned, self.used = mentioned(step, self.scene, self.scene.objects), []
         self.around = mentioned(step, self.scene, self.scene.places)
         self.ordered = arrangement(step.text) is not None
+        chosen = among(step, self.scene)
+        self.among = chosen[0] if chosen is not None else ()
+        if chosen is not None:
+            step = replace(step, spans=tuple(s for s in step.spans if s.start >= chosen[1].end))
+            self.used.append(chosen[1])
         under = headed(step, self.scene)
         if under is not None:
             step, place, extent = under
@@ -181,7 +196,7 @@ class _Walker(Ordering):
         forbidden = any(lexicon().is_(w, "negation") for w in told - {"instead"}) and told.isdisjoint(
             {"but", "instead", "rather"}
         )
-        if not found and not forbidden and self.names_both(step):
+        if not found and not forbidden and (self.names_both(step) or self.names_mover(step)):
             self.complain("E305", "no action is named", whole, "do what?", "begin the step with a verb")
             return
         if not found:
@@ -244,6 +259,12 @@ class _Walker(Ordering):
         return any(isinstance(resolve_objects(p, self.scene, quiet), Found) for p in pairs) and any(
             isinstance(resolve_places(p, self.scene, quiet), Found) for p in pairs
         )
+
+    def names_mover(self, step: LabelledStep) -> bool:
+        """Whether a step without keywords begins with a thing and says that it goes or is to go somewhere."""
+        parts = tokens(step.text)
+        at = next((i for i, t in enumerate(parts[:8]) if t.text in _GOING), 0)
+        return at > 0 and isinstance(resolve_objects(parts[:at], self.scene, Talk()), Found)
 
     def orders_within(self, text: str, start: int, end: int) -> bool:
         """Whether behind a comma or an "and" of these words a verb of the library stands: an order that was missed."""

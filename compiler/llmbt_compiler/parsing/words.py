@@ -98,8 +98,8 @@ def lexicon() -> Lexicon:
     raw = tomllib.loads(file.read_text("utf-8"))
     verbs = raw["verbs"]
     return Lexicon(
-        verbs={k: frozenset(v) for k, v in verbs.items() if isinstance(v, list)},
-        synonyms={k: tuple(v) for k, v in verbs["synonyms"].items()},
+        verbs={k: frozenset(v) for k, v in verbs.items() if isinstance(v, list) and k != "meanings"},
+        synonyms={verb: tuple(group["as"]) for group in verbs["meanings"] for verb in group["verbs"]},
         irregular=verbs["irregular"],
         function={k: frozenset(v) for k, v in raw["function"].items()},
         objects=frozenset(raw["nouns"]["objects"]),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from llmbt_compiler.parsing.words import Token, lexicon
 
@@ -171,7 +172,8 @@ def rank_of(tokens: Sequence[Token], start: int, end: int) -> Ranked | None:
             return Ranked(_without(tokens[start:k], said), side, number or 1, max(stop, end))
     if number is not None:
         return None
-    word = next((t for t in parts if t.text in _MIDDLE or t.text in _SIDES_OF), None)
+    over = {a.start for a, b in pairwise(parts) if a.text == "left" and lexicon().is_(b.text, "inner", "there")}
+    word = next((t for t in parts if (t.text in _MIDDLE or t.text in _SIDES_OF) and t.start not in over), None)
     if word is None:
         return None
     middle = word.text in _MIDDLE

@@ -99,7 +99,8 @@ def _apart(group: Group, text: str, start: int, end: int) -> Iterator[Group]:
 
 def _settled(walk: Acting, clause: Clause, start: int, end: int) -> Clause:
     verb = _verb(walk, clause)
-    if clause.negated or clause.conditional:
+    targets = [p for p in clause.phrases if p.kind is Kind.TARGET]
+    if clause.negated or clause.conditional or (targets and all(walk.of_robot(p) for p in targets)):
         return clause
     text = walk.now.text
     world = World(walk.scene, walk.ledger, walk.origin, walk.talk(), text)
