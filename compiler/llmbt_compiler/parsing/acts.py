@@ -24,6 +24,7 @@ _SOMEBODY = frozenset(
 )
 _PAUSES = frozenset({";", ",", ".", "-", "–", "—", ":"})
 _GATHERING = frozenset({"gather", "collect", "assemble", "group", "concentrate", "unite", "amass"})
+_RECEIVING = frozenset({"gets", "receives"})
 _COMMAS = frozenset({"", ",", ".", ":", ">", "→", "⇒", "and", "then", "is"})
 
 
@@ -144,8 +145,13 @@ class Acting(Placing):
         to = [p for p in (*group.destinations, *group.locations) if lex.is_(p.preposition, "onto")]
         to += [p for p in group.destinations if not p.preposition or p.preposition in _COMMAS]
         to += [p for p in group.locations if p.preposition in _PAUSES and self.elsewhere(group.targets, p)]
-        to += [p for p in group.destinations if p.preposition == "that" and self.one_person(p)]  # "see that he gets it"
-        to = [p for p in to if not (p.preposition in _COMMAS and p.extent.start < clause.extent.start)]
+        to += [p for p in group.destinations if p.preposition == "that" and self.somebody(p)]  # "see that he gets it"
+        gets = clause.action.casefold() in _RECEIVING
+        to = [
+            p
+            for p in to
+            if not (p.preposition in _COMMAS and p.extent.start < clause.extent.start) or (gets and self.somebody(p))
+        ]
         if not to and group.targets:
             to = [p for p in group.destinations if lex.is_(p.preposition, "at") and self.elsewhere(group.targets, p)]
         if not to and group.targets and clause.action.casefold() in _GATHERING:
@@ -177,7 +183,8 @@ class Acting(Placing):
         for phrase in above:  # "hold it above position 21"
             self.carry_to(phrase)
 
-    def one_person(self, phrase: Phrase) -> bool:
+    def somebody(self, phrase: Phrase) -> bool:
+        """Whether a phrase names a person of the map."""
         place = self.quiet_place(phrase)
         return place is not None and place not in {ANYWHERE, ORIGIN} and self.scene[place].person
 

@@ -76,7 +76,9 @@ def _waiting(parts: Sequence[Token], first: Token, last: Token, scene: Scene) ->
     return bool(named) and before == ["where"] and after[:1] == ["is"] and not _AWAITING.isdisjoint(after)
 
 
-_AWAITING = frozenset({"waiting", "ready", "reserved", "free", "empty", "available", "vacant", "kept", "open", "prepared"})
+_AWAITING = frozenset(
+    {"waiting", "ready", "reserved", "free", "empty", "available", "vacant", "kept", "open", "prepared"}
+)
 _DONE = re.compile(
     r"\b(?:after|once\s+you\s+(?:have|are\s+done))\s+(?P<verb>\w+(?:ing|ed))\b(?P<rest>[^,;.]*)", re.IGNORECASE
 )

@@ -28,8 +28,11 @@ _STILL = frozenset({"left", "still", "there", "here", "now", "currently", "alrea
 _FAILING = frozenset({"forget", "hesitate", "fail", "omit"})  # "don't forget to ..."
 _TOLD = frozenset({"that", "whether", "if", "you", "we", "i", "how", "it"})
 _WISHED = frozenset(
-    {"great", "nice", "good", "kind", "helpful", "wonderful", "lovely", "appreciate", "grateful", "glad"}
-)
+    {
+        "great", "nice", "good", "kind", "helpful", "wonderful", "lovely", "appreciate", "grateful", "glad", "obliged",
+        "pleased", "delighted", "thankful", "happy", "fantastic", "awesome", "perfect", "ideal", "super",
+    }
+)  # fmt: skip
 _NO_NAME = frozenset({"to", "do", "dont", "not", "any"})
 _MARKUP = frozenset("*`\"“”'‘’")
 _POINTERS = frozenset({"one", "first", "second", "former", "latter", "other", "others"})
@@ -246,6 +249,7 @@ def _is_heading(text: _Text, group: Sequence[KeywordSpan], nxt: Sequence[Keyword
     put ...")."""
     kinds = {s.label for s in group}
     after = text.after(group[-1].end)
+    after = after[1:] if len(group) == 1 and after and lexicon().is_(after[0].text, "particles") else after
     told = {s.label for s in nxt} > {Kind.TARGET}
     by = next((s for s in nxt if s.label is Kind.ACTION), None)
     lead = text.words_between(group[-1].end, by.start)[-1:] if by is not None else []
@@ -372,8 +376,10 @@ def _clause(text: _Text, spans: Sequence[KeywordSpan], begin: int, end: int) -> 
     tail = [t for t in text.all if begun <= t.start and t.end <= end and not text.covered(t)]
     own = lead[1:] if begin and lead and lex.is_(lead[0].text, "conditional") else lead
     own = [*own, *tail] if end == len(text.step.text) else own
-    wished = any(t.text in _WISHED for t in lead)
+    iffs = [t.start for t in own if lex.is_(t.text, "conditional")]
+    wished = any(t.text in _WISHED and t.start < min(iffs, default=0) for t in lead)
     conditional = (any(_conditional(a, b) for a, b in pairwise([*own, None])) and not wished) or _in_case(lead)
+    conditional |= action is not None and _should(lead)
     conditional &= not {"unless", "already"} <= {t.text for t in own}  # a goal that holds already costs nothing
     excepted = [i + max(1, excepts(tail, i)) for i, t in enumerate(tail) if _excepted(tail, i)]
     exception = tuple(tail[excepted[0] :]) if excepted else _fronted(lead)
@@ -437,6 +443,13 @@ def _conditional(t: Token | None, after: Token | None) -> bool:
     """An "if" that is no courtesy ("if possible", "if you would be so kind")."""
     polite = after is not None and lexicon().is_(after.text, "courtesy")
     return t is not None and lexicon().is_(t.text, "conditional") and not polite
+
+
+def _should(lead: Sequence[Token]) -> bool:
+    """ "Should that be taken, use position 33": a condition, as its verb comes first."""
+    words = [t.text for t in lead]
+    begun = [i for i, w in enumerate(words) if w == "should" and (i == 0 or words[i - 1] in {";", ".", ",", "but"})]
+    return bool(begun) and "," in words[begun[-1] :]
 
 
 def _in_case(lead: Sequence[Token]) -> bool:
@@ -505,7 +518,9 @@ def _phrase(text: _Text, span: KeywordSpan) -> Phrase:
         core = (Token(span.text[:40].casefold() or "?", span.start, span.end),)
     left: list[Token] = []
     free = text.before(span.start)
-    while free and (_quantifier(free[0]) or (free[0].text == "of" and len(free) > 1 and _quantifier(free[1]))):
+    while free and (
+        _quantifier(free[0]) or (free[0].text in {"of", "single"} and len(free) > 1 and _quantifier(free[1]))
+    ):
         left.insert(0, free.pop(0))
     preposition, relation = _relation(free)
     lex = lexicon()

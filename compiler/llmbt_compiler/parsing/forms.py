@@ -260,8 +260,16 @@ _IS_DONE = re.compile(
 )
 
 
+_GOES_SAID = frozenset({"goes", "go", "ends", "end", "belongs", "belong", "comes", "come"})
+
+
 def assured(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "Ensure that parcel 18 is placed in A4", "make sure slot A2 gets emptied": what is to be done is an order."""
+    for thing, verb_of in zip(step.spans, step.spans[1:], strict=False):
+        lead = _ASSURED.search(step.text[: thing.start])
+        goes = verb_of.text.casefold() in _GOES_SAID and not step.text[thing.end : verb_of.start].strip(" `*\"'")
+        if thing.label is Kind.TARGET and verb_of.label is Kind.ACTION and lead is not None and goes:
+            return replace(step, spans=tuple(s for s in step.spans if not lead.start() <= s.start < thing.start))
     for thing in (s for s in step.spans if s.label is Kind.TARGET):
         lead, m = _ASSURED.search(step.text[: thing.start]), _IS_DONE.match(step.text, thing.end)
         if lead is None or m is None:

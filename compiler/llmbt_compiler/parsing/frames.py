@@ -186,14 +186,20 @@ def so_there(step: LabelledStep, scene: Scene) -> LabelledStep:
     while last > 1 and lead[last - 1].text in _TAIL:
         last -= 1
     begins = [b for b in range(max(0, last - 6), last) if _place(lead[b:last], scene) is not None]
-    if not sizes or not begins or begins[0] <= sizes[0]:
-        return step
-    thing, place = (lead[0].start, lead[sizes[0] - 1].end), (lead[begins[0]].start, lead[last - 1].end)
+    thing, place = (0, 0), (0, 0)
+    if sizes and begins and begins[0] > sizes[0]:
+        thing, place = (lead[0].start, lead[sizes[0] - 1].end), (lead[begins[0]].start, lead[last - 1].end)
+    else:  # "position 31 is reserved for the red block, so put it there"
+        at = next((i for i, t in enumerate(lead) if t.text == "for" and i), 0)
+        ends = [n for n in range(at, 0, -1) if _place(lead[:n], scene) is not None] if at else []
+        if not ends or _things(lead[at + 1 : last], scene) is None:
+            return step
+        thing, place = (lead[at + 1].start, lead[last - 1].end), (lead[0].start, lead[ends[0] - 1].end)
     spans = [
         KeywordSpan(*e, kind, step.text[e[0] : e[1]]) for e, kind in ((thing, Kind.TARGET), (place, Kind.DESTINATION))
     ]
     spans.append(KeywordSpan(*m.span("verb"), Kind.ACTION, m["verb"]))
-    return _instead_of(step, 0, m.end(), *spans)
+    return _instead_of(step, 0, m.end(), *sorted(spans, key=lambda s: s.start))
 
 
 # --- tables ---------------------------------------------------------------------------------------------------------
@@ -265,11 +271,35 @@ _AGAIN = re.compile(
 )
 
 
+_APPOSED = re.compile(
+    r"(?:\s+next\s+in\s+(?:line|number|order|sequence|the\s+row))?\s*,\s*(?P<name>(?:the\s+)?[^,;:.()\u2013\u2014]{1,40}?)\s*"
+    r"(?P<close>,(?!\s*and\b)|(?=[.;:!]|$)|(?=\s(?:on|onto|to|into|in|at)\s))",
+    re.IGNORECASE,
+)
+
+
+def _apposed(step: LabelledStep, scene: Scene) -> re.Match[str] | None:
+    """ "The next green block, object 2": a name of its own behind what may be said of it."""
+    for s in step.spans if len(step.text) <= _SHORT else ():
+        m = _APPOSED.match(step.text, s.end) if s.label in {Kind.TARGET, Kind.DESTINATION} else None
+        if m is None:
+            continue
+        movable = s.label is Kind.TARGET
+        said, name = tokens(step.text, s.start, s.end), tokens(step.text, *m.span("name"))
+        taken = [o for o in step.spans if m.start("name") <= o.start < m.end("name")]
+        alike = all(o.label is s.label for o in taken)
+        numbered = bool(name) and name[-1].number is not None and not any(t.number is not None for t in said)
+        if alike and numbered and len(exactly_named(name, scene.pool(movable))) == 1 and len(said) < 6:
+            return m
+    return None
+
+
 def renamed(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "The metal box, i.e. crate C,": the second name is the one that counts, where the first may be said of it."""
     m = _AGAIN.search(step.text) if len(step.text) <= _SHORT else None
+    m = m or _apposed(step, scene)
     before = max((s for s in step.spans if m is not None and s.end <= m.start()), key=lambda s: s.end, default=None)
-    if m is None or before is None or before.label is Kind.ACTION or step.text[before.end : m.start()].strip():
+    if m is None or before is None or before.label is Kind.ACTION or step.text[before.end : m.start()].strip(" `*"):
         return step
     movable = before.label is Kind.TARGET
     name = tokens(step.text, *m.span("name"))
@@ -280,6 +310,8 @@ def renamed(step: LabelledStep, scene: Scene) -> LabelledStep:
     resolve = resolve_objects if movable else resolve_places
     found = resolve(said, scene, Talk())
     able = found.ids if isinstance(found, Found) else found.candidates
+    if isinstance(found, Found) and found.chosen and all(scene.fits(named[0], w) for w in found.words):
+        able = (named[0].id,)  # "the next green block, object 2"
     colours = {t.text for t in said} & scene.colours
     if (able and named[0].id not in able) or not colours <= named[0].words:
         return step

@@ -192,6 +192,8 @@ class Grounding:
         found = self.narrowed(phrase, talk, at, picking)
         if aside and isinstance(found, Found):
             found = self.agree(phrase, found, aside)
+            told = replace(phrase, parts=phrase.aside or phrase.after)  # "the two balls, white and orange, ..."
+            found = (self.in_words(told, found) or found) if isinstance(found, Found) else found
         elif aside and isinstance(found, Fault) and found.code == "E304":
             common = tuple(i for i in found.candidates if i in aside)
             found = Found(common) if len(common) == 1 or common == aside else found
@@ -296,6 +298,9 @@ class Grounding:
         """
         out: list[str] = []
         for phrase in locations:
+            if len(phrase.parts) == 1 and phrase.parts[0].text in {"it", "them"} and not self.sure(group):
+                out.append(self.pointed_place(group, phrase))  # "everything on it"
+                continue
             if all(lexicon().is_(t.text, "articles", "nowhere") or t.text in _VAGUE for t in phrase.parts):
                 continue
             if phrase.about("home") or (len(phrase.parts) == 1 and phrase.parts[0].text == "here"):
@@ -317,6 +322,17 @@ class Grounding:
             else:
                 out.extend(ids)
         return tuple(out)
+
+    def pointed_place(self, group: Group, phrase: Phrase) -> str:
+        """The place that "it" means in what tells where things are; E305 where none was named before."""
+        place = self.talk().place
+        if place is None or place in {ANYWHERE, ORIGIN}:
+            said = " ... ".join(p.extent.cut(self.now.text) for p in (*group.targets[:1], phrase))
+            self.complain(
+                "E305", f"`{said}` points to no place named before", phrase.extent, "where?", "name the place"
+            )
+            raise Stop
+        return place
 
     def check_there(self, ids: Sequence[str], places: Sequence[str], phrase: Phrase) -> None:
         for i in ids:
@@ -613,6 +629,17 @@ class Grounding:
         a, b = self.quiet_place(outer), self.quiet_place(inner)
         return a is not None and b is not None and a != b and self.scene.within(b, a)
 
+    def narrows(self, outer: Phrase, inner: Phrase) -> bool:
+        """Whether words behind a comma name a place, or any free one, of the place before it, and nowhere else."""
+        lead = {t.text for t in tokens(self.now.text, outer.extent.end, inner.extent.start)}
+        plain = all(lexicon().is_(w, "at", "articles") or w in {",", "using"} for w in lead)
+        a = self.quiet_place(outer)
+        joint = Token("on", inner.extent.end, inner.extent.end)
+        found = resolve_places((*inner.parts, joint, *outer.parts), self.scene, self.talk())
+        if not plain or a is None or a in {ANYWHERE, ORIGIN} or not isinstance(found, Found) or found.corrected:
+            return False
+        return all(i != a and self.scene.within(i, a) for i in found.ids) or (found.vague and found.ids == (a,))
+
     def outer(self, destinations: list[Phrase], locations: list[Phrase]) -> Phrase | None:
         """A level tagged apart from its position ("position 12 | shelf level 1"): no place of its own. One told before
         its position ("shelf level 2, position 23") goes without saying."""
@@ -621,6 +648,9 @@ class Grounding:
             if between in {",", ", at", ", in", ", on", "at", "-"} and self.contains(before, after):
                 destinations.remove(before)
                 return None
+            if len(destinations) == 2 and between[:1] == "," and self.narrows(before, after):
+                destinations.remove(before)
+                return before  # "rack A, slot 3", "rack B, using the first free slots"
         for phrase in (*destinations[1:], *locations):
             ends = [d for d in destinations if d is not phrase and d.extent.end <= phrase.extent.start]
             gap = self.now.text[ends[-1].extent.end : phrase.extent.start].split() if ends else []

@@ -57,7 +57,12 @@ def resolve_objects(
     if not groups:
         return Fault("E305", "no object is named", Extent(parts[0].start, parts[-1].end), "what?")
     descriptions = borrowed([describe(g, scene, True) for g in groups])
-    if len(groups) < 3 and descriptions[0].both and descriptions[0].words and not any(d.plural or d.count for d in descriptions):
+    if (
+        len(groups) < 3
+        and descriptions[0].both
+        and descriptions[0].words
+        and not any(d.plural or d.count for d in descriptions)
+    ):
         descriptions[0] = replace(descriptions[0], both=False)  # "both the blue cube and the blue cylinder"
     found: list[Found] = []
     for d, group in zip(descriptions, groups, strict=True):

@@ -12,10 +12,10 @@ from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
 from llmbt_compiler.parsing.ground import Open, Stop
 from llmbt_compiler.parsing.mentions import mentioned_in
 from llmbt_compiler.parsing.model import Extent, NoteKind
-from llmbt_compiler.parsing.names import Found
+from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
-from llmbt_compiler.parsing.words import lexicon, tokens
+from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
 from llmbt_ir.diagnostics import Severity
 
 __all__ = ["Ordering"]
@@ -36,6 +36,16 @@ _PLACES = re.compile(
 )
 _LEAVES = re.compile(r"\s+(?:\w+\s+){0,2}?(?:leaves?|exits?)\s+(?!on\b|at\b|in\b)", re.IGNORECASE)
 _ARE = re.compile(r"\s+(?:is|are)\s+(?:the\s+)?(?=\w+\s+\d|\w+_\d)", re.IGNORECASE)
+
+
+_GOING = frozenset({"go", "belong", "end", "come"})
+_WENT = frozenset({"went", "gone", "came", "ended", "going", "coming"})
+_ENDING = frozenset({".", ";", ":", "!", "?"})
+_BESIDE = frozenset({
+    "when", "once", "after", "before", "until", "till", "as", "that", "which", "because", "since", "whether", "while",
+    "where", "usually", "normally", "often", "used", "previously", "would", "might", "may", "could", "does", "did",
+})  # fmt: skip
+_SURE = re.compile(r"\b(?:make\s+sure|ensure|see\s+to\s+it|be\s+sure)\s+that\b", re.IGNORECASE)
 
 
 @dataclass
@@ -62,9 +72,10 @@ class Ordering(Acting):
         if clause.conditional:
             self.contingency(clause, verb)
             return
-        if (verb.is_("again") and not verb.templates and any(p.about("talk") for p in clause.phrases)) or (
-            verb.is_("again") and not verb.templates
-        ):
+        things = self.alone(verb, things)
+        if self.goes(clause, verb, things):
+            self.ellipsis(clause, things)
+        elif verb.is_("again") and not verb.templates:
             self.again(clause, things)
         elif verb.is_("closing") and not self.held(things, verb) and (robot or verb.lemma != "wrap"):
             self.close(clause, things)
@@ -92,6 +103,37 @@ class Ordering(Acting):
             self.act(clause, verb, things)
         else:
             self.without_template(clause, verb, things)
+
+    def goes(self, clause: Clause, verb: Verb, things: Group) -> bool:
+        """ "Object 1 goes to position 11", "the crates belong in rack A": a thing, said before the verb, is to be where
+        the words behind it say."""
+        lex = lexicon()
+        if not (_lemmas(verb.text) & _GOING and verb.text.casefold() not in _WENT and things.targets):
+            return False
+        first, to = things.targets[0], things.destinations
+        if not to or first.extent.start > clause.extent.start or to[0].extent.start < clause.extent.end:
+            return False
+        belongs = "belong" in _lemmas(verb.text)
+        if any(not lex.is_(p.preposition, "onto", "at") or p.preposition == "for" for p in to[:1]):
+            return False
+        if belongs and to[0].preposition == "to":
+            return False  # whose it is
+        begin = max((t.end for t in tokens(self.now.text, 0, first.extent.start) if t.text in _ENDING), default=0)
+        begin = max((m.end() for m in _SURE.finditer(self.now.text, begin, first.extent.start)), default=begin)
+        lead = {t.text for t in tokens(self.now.text, begin, first.extent.start)}
+        inner = {t.text for t in tokens(self.now.text, first.extent.end, clause.extent.start)}
+        return not any(w in _BESIDE or lex.is_(w, "negation", "conditional") for w in lead | inner)
+
+    def alone(self, verb: Verb, things: Group) -> Group:
+        """ "Drive to the desk with it": what is in the hand comes along, and is not put down there; a person is given
+        it."""
+        if not verb.is_("motion") or not things.destinations:
+            return things
+        place = self.quiet_place(things.destinations[-1])
+        if place is None or place in {ANYWHERE, ORIGIN} or self.scene[place].person:
+            return things
+        along = [p for p in things.targets if p.preposition == "with" and self.on_hand(Group((p,)))]
+        return replace(things, targets=tuple(p for p in things.targets if p not in along))
 
     def of_itself(self, verb: Verb, things: Group) -> bool:
         """Whether a verb that may also be said of a thing is said of the robot: "rest a while", "stand by"."""
@@ -261,9 +303,11 @@ class Ordering(Acting):
         targets = [p for p in things.phrases if not p.about("talk")]
         if not targets and self.until(clause):
             return
-        pairs = [g for g in clause.groups if g.targets and g.destinations]
+        spoken = (replace(g, targets=tuple(p for p in g.targets if not p.about("talk"))) for g in clause.groups)
+        groups = [g for g in spoken if g.phrases]
+        pairs = [g for g in groups if g.targets and g.destinations]
         templates = self.last or (self.placing() if self.ledger.moves else ())
-        if len(pairs) > 1 and len(pairs) == len(clause.groups) and templates:  # "for object 5 at 22 and object 6 at 23"
+        if len(pairs) > 1 and len(pairs) == len(groups) and templates:  # "for object 5 at 22 and object 6 at 23"
             self.note(NoteKind.INFERRED, f"as before: read as `{templates[0].name}`", clause.extent)
             for group in pairs:
                 self.bring(clause, templates, group, ())
@@ -398,6 +442,10 @@ class Ordering(Acting):
             self.left_out(clause, "changes no goal")
         else:
             self.travel(clause, templates[0], Group((), group.targets))
+
+
+def _lemmas(word: str) -> frozenset[str]:
+    return frozenset(lemmas(word.casefold()))
 
 
 def _pointing(phrase: Phrase) -> bool:

@@ -43,6 +43,7 @@ from llmbt_compiler.parsing.together import (
     placed_there,
     released,
     same_noun,
+    whole_with_colour,
 )
 from llmbt_compiler.parsing.told import destined, due, goings, record, vice_versa
 from llmbt_compiler.parsing.verbs import read_verb
@@ -86,7 +87,10 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     if not scene.snap:
         return step
     step = by_their_things(_whole_names(_nouns_for_verbs(mended(step, scene), scene), scene), scene)
-    step = headed_by_things(parted(released(done_by(of_those(same_noun(step), scene), scene), scene), scene), scene)
+    step = headed_by_things(
+        parted(released(done_by(of_those(whole_with_colour(same_noun(step), scene), scene), scene), scene), scene),
+        scene,
+    )
     return also_named(placed_there(step, scene), scene)
 
 

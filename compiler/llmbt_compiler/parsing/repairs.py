@@ -31,8 +31,9 @@ _NO_VERBS = frozenset({
     "quick", "quickly", "now", "ok", "okay", "right", "well", "so", "sorry", "hey", "hi", "hello", "alright", "fine",
     "great", "thanks", "first", "second", "secondly", "third", "thirdly", "next", "finally", "urgent", "done", "lastly",
     "firstly", "immediately", "then", "dear", "upright", "level", "steady", "horizontally", "vertically", "both",
-    "lord",
+    "lord", "reserved", "meant", "intended",
 })  # fmt: skip
+_EMPLOYING = frozenset({"use", "using", "utilise", "utilize", "employ"})
 _BY = frozenset({"by", "with", "via", "using", "the", "a", "through"})
 _MANNER = frozenset({
     "upright", "steady", "horizontally", "vertically", "slowly", "gently", "carefully", "quickly", "both", "safely",
@@ -89,6 +90,9 @@ def _no_verbs(step: LabelledStep, scene: Scene) -> LabelledStep:
         lead = next((t.text for t in reversed(parts) if t.end <= s.start), "")
         if lexicon().is_(word, "robot") and lead in _BY:
             return True
+        after = [t.text for t in parts if t.start >= s.end and not lexicon().is_(t.text, "articles")]
+        if word in _EMPLOYING and any(lexicon().is_(w, "robot") for w in after[:2]) and "to" in after[1:4]:
+            return True  # "use the gripper to pick up ..."
         return word in _NO_VERBS and not read_verb(word, (), scene.library).templates
 
     kept = tuple(s for s in step.spans if not wrong(s))

@@ -35,7 +35,9 @@ class Entity:
     person: bool = False
 
     def measure(self, name: str) -> float:
-        """How large ("size": the edge of a cube of its volume) or how high ("height") it is, in metres."""
+        """How large ("size": the edge of a cube of its volume), how high or how long it is, in metres."""
+        if name == "length":
+            return max(self.size_m)
         x, y, z = self.size_m
         return z if name == "height" else (x * y * z) ** (1 / 3)
 

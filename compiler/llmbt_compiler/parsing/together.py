@@ -27,11 +27,13 @@ __all__ = [
     "placed_there",
     "released",
     "same_noun",
+    "whole_with_colour",
 ]
 
 _LINKS = frozenset({"plus", "and", "along", "together", "with", "as", "well", "also", "the", "a", "an", "then", ","})
 _JOINING = ({"plus"}, {"as", "well"}, {"along", "with"}, {"together", "with"}, {"and"})
 _FOLLOWED = re.compile(r"\bfollowed\s+by\b", re.IGNORECASE)
+_ANYTHING = frozenset({"everything", "anything", "something", "all"})
 _WORTH = frozenset({"the", "a", "an", "and", ","})
 
 
@@ -51,6 +53,20 @@ def of_those(step: LabelledStep, scene: Scene) -> LabelledStep:
                 continue
         out.append(s)
     return replace(step, spans=tuple(out)) if len(out) < len(step.spans) else step
+
+
+def whole_with_colour(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Everything | red": the colour right behind it is part of it."""
+
+    def whole(s: KeywordSpan) -> KeywordSpan:
+        after = tokens(step.text, s.end)[:1]
+        taken = any(o.start < a.end and s.end <= o.start for a in after for o in step.spans)
+        if s.label is not Kind.TARGET or s.text.casefold() not in _ANYTHING or not after or taken:
+            return s
+        end = after[0].end
+        return replace(s, end=end, text=step.text[s.start : end]) if after[0].text in scene.colours else s
+
+    return replace(step, spans=tuple(whole(s) for s in step.spans))
 
 
 def same_noun(step: LabelledStep) -> LabelledStep:
@@ -179,7 +195,8 @@ def released(step: LabelledStep, scene: Scene) -> LabelledStep:
         ) and not _emptied(step, s, scene):
             out.append(s)
             continue
-        if not isinstance(resolve_objects(parts[1:], scene, Talk()), Found) and not _emptied(step, s, scene):
+        known = isinstance(resolve_objects(parts[1:], scene, Talk()), Found)
+        if (not known or isinstance(resolve_places(parts, scene, Talk()), Found)) and not _emptied(step, s, scene):
             out.append(s)
             continue
         out.append(replace(s, label=Kind.ACTION, end=parts[0].end, text=step.text[s.start : parts[0].end]))

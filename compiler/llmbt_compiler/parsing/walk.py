@@ -14,7 +14,7 @@ from itertools import pairwise
 from llmbt_atl.library import Library
 from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
-from llmbt_compiler.parsing.clauses import clauses, extents
+from llmbt_compiler.parsing.clauses import clauses
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.frames import among
 from llmbt_compiler.parsing.gist import gist
@@ -31,6 +31,7 @@ from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.scoped import left_out_first
+from llmbt_compiler.parsing.sequence import in_time
 from llmbt_compiler.parsing.space import arrangement, certainty, related
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
@@ -105,7 +106,7 @@ class _Walker(Ordering):
         return frozenset(out)
 
     def after(self, step: LabelledStep) -> _Walker:
-        """The walker after a step. One that is not understood, or asks for nothing, is read by its gist, if it has one."""
+        """The walker after a step; one that is not understood, or asks for nothing, is read by its gist, if any."""
         before, acts, stood = self.errors(), self.ledger.acts, self.ledger.standing()
         kept = self.fork()
         walker = self.explained(step)
@@ -222,7 +223,7 @@ class _Walker(Ordering):
         before = (self.ledger.acts, self.targets, self.place)
         earlier = len(self.diagnostics)
         asks = False
-        for clause, (start, end) in zip(found[:_MOST], extents(found, len(step.text)), strict=False):
+        for clause, (start, end) in in_time(found[:_MOST], step.text, spoken_of=self.spoken_of()):
             self.idle, self.barred = False, set()
             try:
                 for part in related(self, clause, start, end):
@@ -236,6 +237,10 @@ class _Walker(Ordering):
         self.overlooked(step, earlier, asks=asks)
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def spoken_of(self) -> bool:
+        """Whether "it" means something already."""
+        return bool(self.talk().targets or self.ledger.pending)
 
     def overlooked(self, step: LabelledStep, earlier: int, *, asks: bool) -> None:
         """Complain of what the step names or tells and no clause made anything of. `earlier` diagnostics are not of
