@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from llmbt_atl.template import Role, Template
 from llmbt_compiler.parsing.clauses import Clause, Group, Phrase
+from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found
@@ -145,12 +146,17 @@ class Acting(Placing):
         to = [p for p in (*group.destinations, *group.locations) if lex.is_(p.preposition, "onto")]
         to += [p for p in group.destinations if not p.preposition or p.preposition in _COMMAS]
         to += [p for p in group.locations if p.preposition in _PAUSES and self.elsewhere(group.targets, p)]
-        to += [p for p in group.destinations if p.preposition == "that" and self.somebody(p)]  # "see that he gets it"
+        to += [p for p in group.destinations if p.preposition == "that" and self.one_person(p)]  # "see that he gets it"
         gets = clause.action.casefold() in _RECEIVING
+        who = [p for p in to if not p.preposition and p.extent.end <= clause.extent.start and self.one_person(p)]
+        if who and not gets:  # "the user takes the coke"
+            said = who[0].extent.cut(self.now.text)
+            self.complain("E314", f"`{said}` is named, and what for is not understood", who[0].extent)
+            raise Stop
         to = [
             p
             for p in to
-            if not (p.preposition in _COMMAS and p.extent.start < clause.extent.start) or (gets and self.somebody(p))
+            if not (p.preposition in _COMMAS and p.extent.start < clause.extent.start) or (gets and self.one_person(p))
         ]
         if not to and group.targets:
             to = [p for p in group.destinations if lex.is_(p.preposition, "at") and self.elsewhere(group.targets, p)]
@@ -183,7 +189,7 @@ class Acting(Placing):
         for phrase in above:  # "hold it above position 21"
             self.carry_to(phrase)
 
-    def somebody(self, phrase: Phrase) -> bool:
+    def one_person(self, phrase: Phrase) -> bool:
         """Whether a phrase names a person of the map."""
         place = self.quiet_place(phrase)
         return place is not None and place not in {ANYWHERE, ORIGIN} and self.scene[place].person

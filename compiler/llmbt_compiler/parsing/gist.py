@@ -76,6 +76,7 @@ _GOAL = frozenset({"to", "into", "onto", "on", "in", "at", "for", "toward", "tow
 _TO = frozenset({"to", "into", "onto", "for", "toward", "towards"})
 _REFERRING = frozenset({"it", "them", "they", "both"})
 _POLITE = re.compile(r"^\W*(?:please\s+)?(?:could|would|can|will|might|may)\b", re.IGNORECASE)
+_MAYBE = frozenset({"may", "might", "could", "can"})
 _TRAVELLING = frozenset(
     {"over", "back", "off", "on", "please", "now", "next", "then", "to", "the", "and", "first", "go"}
 )
@@ -94,6 +95,9 @@ class _Named:
 
 def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
     """The step put plainly; None where it says more, or less."""
+    begun = tokens(step.text)[:2]
+    if begun and _idle(begun[0].text, scene) and (len(begun) == 1 or begun[1].text not in _MARKS):
+        return None
     text = reworded(replace(step, spans=(), readings=())).text
     step = replace(step, text=_ASIDE.sub(lambda m: (" " if m.start() == 0 else ",").ljust(len(m[0])), text))
     line = tokens(step.text)
@@ -104,6 +108,8 @@ def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
     named = _named(line, scene, talk)
     free = [t for i, t in enumerate(line) if not any(n.start <= i < n.end for n in named) and t.text != "?"]
     said = {t.text for t in free}
+    if "been" in said or (said & _MAYBE and not said & {"you", "we", "i"}):
+        return None  # what is so, or may be
     if len(named) == 1 and named[0].thing and said & _GRIP and said <= _GRIPPING:
         return _written(step, [("pick", _cut(step, line, named[0]), "")])
     if not all(_says_nothing_else(t, scene) for t in free):

@@ -45,6 +45,8 @@ _BESIDE = frozenset({
     "when", "once", "after", "before", "until", "till", "as", "that", "which", "because", "since", "whether", "while",
     "where", "usually", "normally", "often", "used", "previously", "would", "might", "may", "could", "does", "did",
 })  # fmt: skip
+_ADVERBS = frozenset({"already", "just", "now", "also", "previously", "both", "all", "earlier", "once", "before"})
+_MODAL = frozenset({"should", "must", "shall", "will", "to", "once", "after", "when", "until", "wish", "want", "like"})
 _SURE = re.compile(r"\b(?:make\s+sure|ensure|see\s+to\s+it|be\s+sure)\s+that\b", re.IGNORECASE)
 
 
@@ -71,6 +73,10 @@ class Ordering(Acting):
             return
         if clause.conditional:
             self.contingency(clause, verb)
+            return
+        if self.past(clause):
+            self.mention(things)
+            self.left_out(clause, "is said to have been done")
             return
         things = self.alone(verb, things)
         if self.goes(clause, verb, things):
@@ -123,6 +129,15 @@ class Ordering(Acting):
         lead = {t.text for t in tokens(self.now.text, begin, first.extent.start)}
         inner = {t.text for t in tokens(self.now.text, first.extent.end, clause.extent.start)}
         return not any(w in _BESIDE or lex.is_(w, "negation", "conditional") for w in lead | inner)
+
+    def past(self, clause: Clause) -> bool:
+        """ "Object 6 has been moved to position 31": what was done before is no order; "should have been" is one."""
+        lead = [t.text for t in tokens(self.now.text, 0, clause.extent.start)]
+        while lead and (lead[-1].endswith("ly") or lead[-1] in _ADVERBS):
+            lead.pop()
+        been = lead[-2:-1] and lead[-1] == "been" and lead[-2] in {"has", "have", "had"}
+        told = (been or lead[-1:] in (["was"], ["were"])) and bool(clause.phrases)
+        return bool(told) and not any(w in _MODAL or lexicon().is_(w, "conditional") for w in lead)
 
     def alone(self, verb: Verb, things: Group) -> Group:
         """ "Drive to the desk with it": what is in the hand comes along, and is not put down there; a person is given

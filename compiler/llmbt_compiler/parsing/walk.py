@@ -110,7 +110,9 @@ class _Walker(Ordering):
         before, acts, stood = self.errors(), self.ledger.acts, self.ledger.standing()
         kept = self.fork()
         walker = self.explained(step)
-        if walker.errors() <= before and walker.ledger.acts > acts:
+        if walker.errors() <= before and (
+            walker.ledger.acts > acts or walker.ledger.standing() != kept.ledger.standing()
+        ):
             return walker
         plain = gist(step, self.scene, kept.talk()) if len(step.text) <= _LONGEST else None
         if plain is None:
