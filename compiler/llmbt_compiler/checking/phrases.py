@@ -660,7 +660,8 @@ def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     if any(r.start == at for r in relations(words)):
         return False  # it says where to
     if words[at].text in {"that", "which"} and at + 1 < len(words) and words[at + 1].text in _MODAL:
-        return False  # "the green one that must go to level 2"
+        owns = words[at + 1].text == "has" and [t.text for t in words[at + 2 : at + 3]] != ["to"]
+        return owns  # "that has a red neighbour" tells; "the green one that must go to level 2" does not
     if words[at].text == "in":  # "in the sorting area", which is a destination; "in front", which tells
         return at + 1 < len(words) and words[at + 1].text in {"front", "between"}
     return words[at].text != "over"
