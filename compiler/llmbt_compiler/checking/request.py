@@ -256,12 +256,24 @@ def _points(
             spoken_of |= set(fits) if len(fits) == 1 else set()
             among = set(phrase.ids) if phrase.exactly and len(phrase.ids) == phrase.count else among
         foreign = _foreign(words, i, scene)
-        if foreign is not None and not _if(words, i):
+        if foreign is not None and not _if(words, i) and not _vessel(words, i, moved, scene):
             yield OpenPoint(_lacks(foreign, words[i : i + 2], request))
         if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())
-            if isinstance(found, Fault) and found.code == "E301":
+            if isinstance(found, Fault) and found.code == "E301" and not _vessel(words, i, moved, scene):
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
+
+
+def _vessel(words: Sequence[Token], i: int, moved: set[str], scene: Scene) -> bool:
+    """ "That red can on the bar", where one red thing stands there, and the goals move it: what a drink or the like comes
+    in is no other name for it."""
+    k = i + 2 + int(i + 2 < len(words) and words[i + 2].text in _STANDING)
+    if not lexicon().is_(words[i + 1].text, "vessels") or k >= len(words) or words[k].text not in _AT | {"from"}:
+        return False
+    place, _ = place_named(words, k + 1, scene)
+    at = {o.id: o.place for o in scene.map.objects}
+    hued = [o for o in at if words[i].text in scene[o].colour and place is not None and scene.within(at[o], place)]
+    return len(hued) == 1 and hued[0] in moved
 
 
 def _explained(words: Sequence[Token], at: int) -> bool:
