@@ -8,7 +8,7 @@ from itertools import takewhile
 
 from llmbt_compiler.checking.comparisons import comparison
 from llmbt_compiler.checking.sentences import sentence_at
-from llmbt_compiler.checking.telling import hearsay, uncheckable
+from llmbt_compiler.checking.telling import along, entered, hearsay, uncheckable
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Fault, Found, Talk
@@ -71,10 +71,6 @@ _VAGUE = frozenset(
         "many of", "one or two", "two or three", "a pair of", "part of", "a number of",
     )
 )  # fmt: skip
-_SIDE_NOUNS = frozenset({"side", "edge", "row", "column", "line", "end", "front", "back", "middle", "left", "right"})
-_ENTERING = frozenset({"stands", "sits", "lies", "standing", "sitting", "lying", "waits", "rests"})
-"""Words before a phrase by which its sentence has said where the thing is: "at the left end stands a box"."""
-_ENDMOST = frozenset({"left", "right", "end", "front", "back", "rear", "middle", "leftmost", "rightmost", "corner"})
 _USES = {"drink": "drink", "eat": "food", "snack": "snack"}
 _LONGEST = 5
 
@@ -141,7 +137,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
                 or _related(words, i + 1, end, line, scene, where)
                 or _plain(words, i + 1, end, scene, where)
             )
-            if found is not None and _entered(words, i):
+            if found is not None and entered(words, i):
                 found = None
         elif _bare(words, i, scene):
             end = _noun(words, i - 1, scene)
@@ -150,13 +146,6 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
             yield replace(found, start=i)
             before |= set(found.ids)
             single |= set(found.ids) if len(found.ids) == 1 else set()
-
-
-def _entered(words: Sequence[Token], i: int) -> bool:
-    """Whether its sentence has told by a side where the thing stands that a phrase names only then: "right at the
-    right-hand end, stands a box"."""
-    before = words[sentence_at(words, i)[0] : i]
-    return bool(before) and before[-1].text in _ENTERING and any(t.text in _ENDMOST for t in before)
 
 
 def _other(words: Sequence[Token], i: int, single: set[str], scene: Scene) -> Meant | None:
@@ -667,18 +656,9 @@ def place_named(words: Sequence[Token], at: int, scene: Scene) -> tuple[str | No
     return None, at
 
 
-def _along(words: Sequence[Token], at: int) -> bool:
-    """ "Down the left-hand side of it", "along the edge", "in the front row": a side that tells, and no destination."""
-    said = [t.text for t in words[at : at + 7]]
-    side = next((k for k, w in enumerate(said) if w in _SIDE_NOUNS), 0)
-    if not side or any(not t.word and t.text != "-" for t in words[at : at + side]):
-        return False
-    return said[0] in {"down", "along"} or (said[0] in {"in", "from", "of"} and said[side] in {"row", "column"})
-
-
 def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     """Whether what stands right after a phrase may tell which one is meant, in words that are not understood here."""
-    if _along(words, at):
+    if along(words, at):
         return True
     if at >= len(words) or words[at].text not in _TELLING or uncheckable(words, at, scene):
         return False
@@ -687,8 +667,8 @@ def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     if any(r.start == at for r in relations(words)):
         return False  # it says where to
     if words[at].text in {"that", "which"} and at + 1 < len(words) and words[at + 1].text in _MODAL:
-        owns = words[at + 1].text == "has" and [t.text for t in words[at + 2 : at + 3]] != ["to"]
-        return owns  # "that has a red neighbour" tells; "the green one that must go to level 2" does not
+        # "the green one that must go to level 2" does not tell, "that has a red neighbour" does
+        return words[at + 1].text == "has" and [t.text for t in words[at + 2 : at + 3]] != ["to"]
     if words[at].text == "in":  # "in the sorting area", which is a destination; "in front", which tells
         return at + 1 < len(words) and words[at + 1].text in {"front", "between"}
     return words[at].text != "over"

@@ -50,7 +50,7 @@ _LEFT_OPEN = re.compile(
     r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
     r"|as (?:you (?:like|please|wish|prefer|see fit)|(?:it )?suits? you|(?:it )?pleases you)|take your pick"
     r"|(?:makes?|making) no (?:odds|difference)|(?:all|one and) the same to|all one to me|i[’']?m easy"
-    r"|free (?:to choose|choice)|any of (?:the|those|these|my|our) (?:\w+ ){0,2}\w+"
+    r"|free (?:to choose|choice)|any of (?:the|those|these|my|our)\b"
     r"|(?:doesn['’]?t|does not|won['’]?t|will not) (?:really )?(?:bother|trouble|worry)"
     r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them"
     r"|all the same|either of (?:\w+ ){1,6}(?:will|would|can|is|goes)"
@@ -64,15 +64,15 @@ _LEFT_OPEN = re.compile(
 """Says that any of them will do."""
 _CORRECTED = re.compile(
     r"\b(?:i meant?|scratch that|make (?:that|it)|no,? (?:sorry|wait|hang on|hold on)|sorry,? (?:no|not)|correction"
-    r"|on second thoughts?|or rather|strike that|changed my mind)\b",
+    r"|on second thoughts?|or rather|(?:strike|scrap|forget|ignore) that|changed my mind|hang on|hold on|wait,? no|no,? not)\b",
     re.IGNORECASE,
 )
 """Takes something back that was said before."""
 _NOT = frozenset({"isnt", "arent", "wasnt", "werent", "doesnt", "dont", "didnt", "hasnt", "wont", "cant"})
 _TURNING = ("negation", "except", "instead", "conditional")
 _EXCEPTED = re.compile(
-    r"\b(?:with the exception of|exception|apart from|aside from|save for|other than|besides|barring|minus|bar the"
-    r"|(?:all|everything|anything|every one|any|nothing|none|both)(?: of them)? (?:but|save)|but not)\b",
+    r"\b(?:with the exception of|exception|apart from|aside from|save for|other than|barring|minus|bar the"
+    r"|(?:all|everything|anything|every one|any|nothing|none|both)(?: of them)? (?:but|save|besides)|but not)\b",
     re.IGNORECASE,
 )
 """What is named behind it is to be left alone."""
@@ -265,8 +265,8 @@ def _points(
 
 
 def _vessel(words: Sequence[Token], i: int, moved: set[str], scene: Scene) -> bool:
-    """ "That red can on the bar", where one red thing stands there, and the goals move it: what a drink or the like comes
-    in is no other name for it."""
+    """ "That red can on the bar", where one red thing stands there, and the goals move it: what a drink or the like
+    comes in is no other name for it."""
     k = i + 2 + int(i + 2 < len(words) and words[i + 2].text in _STANDING)
     if not lexicon().is_(words[i + 1].text, "vessels") or k >= len(words) or words[k].text not in _AT | {"from"}:
         return False
@@ -386,7 +386,7 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
         if movable and re.search(r"\bwhich one\b", m.group(0), re.IGNORECASE):
             return True
         of_places = "where" in m.group(0).lower() or any(
-            t.text in scene.generic(False) or t.text in {"side", "end", "level"}
+            t.text in scene.generic(False) or t.text.removesuffix("s") in {"side", "end", "level", "slot", "spot"}
             for t in takewhile(lambda t: t.text not in {"to", "onto", "into", "for", "on"}, tokens(m.group("what")))
         )
         of_places = of_places or _of_places_alone(request, m.start(), scene)
@@ -396,8 +396,8 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
 
 
 def _of_places_alone(request: str, at: int, scene: Scene) -> bool:
-    """Whether the sentence that leaves a choice open speaks of places and of no thing: "left of it or right of it, as it
-    suits you"."""
+    """Whether the sentence that leaves a choice open speaks of places and of no thing: "left of it or right of it, as
+    it suits you"."""
     words = tokens(request)
     begin, end = sentence_at(words, next((k for k, t in enumerate(words) if t.start >= at), len(words)))
     said = words[begin:end]
