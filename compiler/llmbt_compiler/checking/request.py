@@ -64,7 +64,8 @@ _LEFT_OPEN = re.compile(
 """Says that any of them will do."""
 _CORRECTED = re.compile(
     r"\b(?:i meant?|scratch that|make (?:that|it)|no,? (?:sorry|wait|hang on|hold on)|sorry,? (?:no|not)|correction"
-    r"|on second thoughts?|or rather|(?:strike|scrap|forget|ignore) that|changed my mind|hang on|hold on|wait,? no|no,? not)\b",
+    r"|on second thoughts?|or rather|(?:strike|scrap|forget|ignore) that|changed my mind"
+    r"|hang on|hold on|wait,? no|no,? not)\b",
     re.IGNORECASE,
 )
 """Takes something back that was said before."""
