@@ -39,6 +39,7 @@ _CLAUSE = frozenset({
     "located", "stored", "placed", "already", "from", "off",
 })  # fmt: skip
 """Words after a noun that say where a thing is, and not where it is to go."""
+_LINKING = frozenset({"was", "were", "sits", "sit", "stays", "would", "could", "wants", "gets", "does", "directly", "it"})
 _MODAL = frozenset({"must", "should", "has", "needs", "ought", "goes", "shall", "may", "can", "will", "belongs"})
 _AT = frozenset({"on", "in", "at", "from", "of", "off"})
 _ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then", "over"})
@@ -283,7 +284,23 @@ def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:
             if after is not None and after.text == "of" and word.text in lexicon().objects:
                 return 0  # "the piece of furniture"
             return 0 if word.plural or (after is not None and after.number is not None) else j + 1
+        if _alone(words, i, j, scene):
+            return j + 1
     return 0
+
+
+def _alone(words: Sequence[Token], i: int, j: int, scene: Scene) -> bool:
+    """ "The yellow is ...", "the green's spot", "the red on level 2": a colour that no noun follows. In a text where
+    the colour is a thing's name too ("orange"), or begins a list ("the red and green ones"), it is none."""
+    if words[j].text.endswith("s") or words[i].text in _INDEFINITE:
+        return False
+    if words[j].owner or j + 1 >= len(words):
+        return True
+    after = words[j + 1]
+    known = scene.word(after, True).text or after.text in lexicon().sizes
+    joins = after.text in {"one", "and", "or", ",", "-", "but", "pair", "lot", "stuff"} and after.text != ","
+    verb = after.text in _MODAL | _CLAUSE | _AT | _ONTO | _ENDING | _STANDING | _LINKING or not after.word
+    return verb and not known and not joins and after.number is None
 
 
 def _compared(
