@@ -71,20 +71,23 @@ def _plain(text: str, **_: object) -> None:
 
 @contextmanager
 def training_bar(*, quiet: bool) -> Iterator[Callable[[TrainingProgress], None]]:
-    """A bar over the batches of a training run, with the loss and, after an epoch, the figures outside."""
+    """A bar over the batches of each stage of a training, with the loss and, after an epoch, the figures outside."""
     if quiet:
         yield lambda _: None
         return
     from rich.console import Console
     from rich.progress import Progress as Bar
+    from rich.progress import TaskID
 
     with Bar(console=Console(file=sys.stderr)) as bar:
-        task = bar.add_task("training", total=None)
+        tasks: dict[str, TaskID] = {}
 
         def show(at: TrainingProgress) -> None:
-            text = f"epoch {at.epoch}, loss {at.loss:.3f}"
+            where = f"{at.stage}, epoch {at.epoch}" if at.stage else f"epoch {at.epoch}"
+            if at.stage not in tasks:
+                tasks[at.stage] = bar.add_task(where, total=at.total)
             if at.dev is not None:
-                bar.console.print(f"epoch {at.epoch}: F1 outside {at.dev.scores.f1:.3f}")
-            bar.update(task, completed=at.done, total=at.total, description=text)
+                bar.console.print(f"{where}: F1 outside {at.dev.scores.f1:.3f}")
+            bar.update(tasks[at.stage], completed=at.done, total=at.total, description=f"{where}, loss {at.loss:.3f}")
 
         yield show

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from llmbt_compiler.keywords.evaluate import Example, evaluate
+from llmbt_compiler.keywords.evaluate import Example, evaluate, read_examples
 from llmbt_compiler.keywords.generate import generate
-from llmbt_compiler.keywords.grammar import Grammar, parse_markup
+from llmbt_compiler.keywords.grammar import DATA, Grammar, parse_markup
 from llmbt_compiler.keywords.labels import TaggedStep, follows
 from llmbt_compiler.keywords.tagger import OnnxTagger, TorchTagger, UnknownTaggerError, load_tagger, tagger_names
 
@@ -42,13 +42,15 @@ def test_the_development_steps(fast: OnnxTagger, dev: tuple[Example, ...]) -> No
 def test_the_fast_path_gives_the_references_labels(
     fast: OnnxTagger, reference: TorchTagger, dev: tuple[Example, ...], grammar: Grammar
 ) -> None:
-    """Eight bits against float32: a word gets another label only where the reference itself wavers, and seldom."""
+    """Eight bits against float32: a word gets another label only where the reference itself wavers, and seldom: hardly
+    ever in steps as they are written, one word in 500 in the generator's, of random nouns and typing errors."""
     samples = [Example(s.text, s.spans) for s in islice(generate(grammar, 300, 77), 300)]
-    for truth in (dev, samples):
+    written = tuple(read_examples(DATA / "natural.jsonl"))[::5]
+    for truth, one_in in ((dev, 1000), (written, 2000), (samples, 500)):
         taken, truly = (t.tag([e.text for e in truth]) for t in (fast, reference))
         words = [w for x, y in zip(taken, truly, strict=True) for w in zip(x.words, y.words, strict=True)]
         differing = [b for a, b in words if a.label is not b.label]
-        assert len(differing) <= len(words) / 1000
+        assert len(differing) <= len(words) / one_in
         assert all(w.confidence < 0.7 for w in differing)
         ours, theirs = (evaluate(truth, [t.spans for t in tagged]).scores.f1 for tagged in (taken, truly))
         assert ours == pytest.approx(theirs, abs=2e-3)

@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from llmbt_compiler.keywords.evaluate import Evaluation, Example, evaluate
 from llmbt_compiler.keywords.generate import CONTEXT, MIXTURE
-from llmbt_compiler.keywords.tagger import OnnxTagger, Tagger
+from llmbt_compiler.keywords.stages import GRAMMAR, NATURAL, natural_steps
+from llmbt_compiler.keywords.tagger import OnnxTagger
 from llmbt_compiler.keywords.train import TrainSettings, train
-from llmbt_compiler.parsing.evaluate import ConditionScores, evaluate_conditions
+from llmbt_compiler.parsing.evaluate import ConditionScores, evaluate_conditions, read_cases
 
 __all__ = ["ROWS", "Outcome", "Row", "ablate"]
+
+_Key = tuple[tuple[tuple[str, float], ...], bool, bool]
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A way to make training data; `snap`: whether the parser brings keywords to the names of the map."""
+    """A way to make training data.
+
+    `natural`: a second stage on the natural steps follows. `snap`: the parser brings keywords to the map's names.
+    """
 
     name: str
     mixture: Mapping[str, float] = field(default_factory=lambda: MIXTURE)
     unknown_nouns: bool = True
     snap: bool = True
+    natural: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +48,7 @@ def _without(*names: str) -> Mapping[str, float]:
 
 ROWS: Sequence[Row] = (
     Row("all"),
+    Row("all, then the natural steps", natural=True),
     Row("all, without snapping", snap=False),
     Row("without unknown nouns", unknown_nouns=False),
     Row("without context clauses", _without(*CONTEXT)),
@@ -59,18 +67,46 @@ def ablate(
 ) -> tuple[Outcome, ...]:
     """Trains for each row into a folder of its own, and scores it.
 
-    Rows that differ in nothing but `snap` share a training. Raises BaseWeightsError, GrammarError, CaseError, OSError.
+    Rows that differ in nothing but `snap` share a training, those that differ in `natural` its first stage. Natural
+    steps that are scored on, in `dev` or `cases`, are left out. Raises BaseWeightsError, GrammarError, CaseError,
+    ExampleError, OSError.
     """
-    out: list[Outcome] = []
-    trained: dict[tuple[tuple[tuple[str, float], ...], bool], tuple[Tagger, Evaluation]] = {}
-    for i, row in enumerate(rows):
-        key = (tuple(sorted(row.mixture.items())), row.unknown_nouns)
+    scored_on = {e.text for e in dev} | {step for case in read_cases(cases) for step in case.steps}
+    natural = [e for e in natural_steps() if e.text not in scored_on]
+    trained: dict[_Key, tuple[Path, Evaluation]] = {}
+
+    def training(row: Row) -> tuple[Path, Evaluation]:
+        key = (tuple(sorted(row.mixture.items())), row.unknown_nouns, row.natural)
         if key not in trained:
-            home = folder / f"{i}"
-            found = train(home, settings, mixture=row.mixture, unknown_nouns=row.unknown_nouns)
-            trained[key] = OnnxTagger(home), found.in_template
-        tagger, in_template = trained[key]
+            before = training(replace(row, natural=False))[0] if row.natural else None
+            home = folder / f"{len(trained)}"
+            found = train(
+                home,
+                _in_proportion(settings) if row.natural else settings,
+                extra=natural if row.natural else (),
+                mixture=row.mixture,
+                unknown_nouns=row.unknown_nouns,
+                start_from=before,
+            )
+            trained[key] = home, found.in_template
+        return trained[key]
+
+    out: list[Outcome] = []
+    for row in rows:
+        home, in_template = training(row)
+        tagger = OnnxTagger(home)
         scored = evaluate(dev, [t.spans for t in tagger.tag([e.text for e in dev])])
         out.append(Outcome(row, in_template, scored, evaluate_conditions(cases, tagger, snap=row.snap)))
         observe(out[-1])
     return tuple(out)
+
+
+def _in_proportion(settings: TrainSettings) -> TrainSettings:
+    """The second stage, as much smaller than the shipped weights' as `settings` are than their first."""
+    share = settings.samples / GRAMMAR.samples
+    return replace(
+        settings,
+        samples=max(1, round(NATURAL.samples * share)),
+        extra_times=max(1, round(NATURAL.extra_times * share)),
+        learning_rate=NATURAL.learning_rate,
+    )

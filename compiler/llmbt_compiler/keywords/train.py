@@ -64,13 +64,17 @@ DOMAIN = TrainSettings(samples=2000, epochs=1, learning_rate=1e-4, held_out=200)
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """Where a run is: `done` of `total` batches, the running mean of the loss, and the figures after an epoch."""
+    """Where a run is: `done` of `total` batches, the running mean of the loss, and the figures after an epoch.
+
+    `stage` has a name where a run has several (`stages`).
+    """
 
     epoch: int
     done: int
     total: int
     loss: float
     dev: Evaluation | None = None
+    stage: str = ""
 
 
 @dataclass(frozen=True, slots=True)
