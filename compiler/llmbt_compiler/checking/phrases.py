@@ -71,6 +71,10 @@ _VAGUE = frozenset(
         "many of", "one or two", "two or three", "a pair of", "part of", "a number of",
     )
 )  # fmt: skip
+_SIDE_NOUNS = frozenset({"side", "edge", "row", "column", "line", "end", "front", "back", "middle", "left", "right"})
+_ENTERING = frozenset({"stands", "sits", "lies", "standing", "sitting", "lying", "waits", "rests"})
+"""Words before a phrase by which its sentence has said where the thing is: "at the left end stands a box"."""
+_ENDMOST = frozenset({"left", "right", "end", "front", "back", "rear", "middle", "leftmost", "rightmost", "corner"})
 _USES = {"drink": "drink", "eat": "food", "snack": "snack"}
 _LONGEST = 5
 
@@ -137,6 +141,8 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
                 or _related(words, i + 1, end, line, scene, where)
                 or _plain(words, i + 1, end, scene, where)
             )
+            if found is not None and _entered(words, i):
+                found = None
         elif _bare(words, i, scene):
             end = _noun(words, i - 1, scene)
             found = _ranked(words, i, end, line, scene, where) or _plain(words, i, end, scene, where) if end else None
@@ -144,6 +150,13 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
             yield replace(found, start=i)
             before |= set(found.ids)
             single |= set(found.ids) if len(found.ids) == 1 else set()
+
+
+def _entered(words: Sequence[Token], i: int) -> bool:
+    """Whether its sentence has told by a side where the thing stands that a phrase names only then: "right at the
+    right-hand end, stands a box"."""
+    before = words[sentence_at(words, i)[0] : i]
+    return bool(before) and before[-1].text in _ENTERING and any(t.text in _ENDMOST for t in before)
 
 
 def _other(words: Sequence[Token], i: int, single: set[str], scene: Scene) -> Meant | None:
@@ -277,6 +290,9 @@ def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str 
         if words[j].text == "other":
             return None
         j += 1
+    if exactly and j < len(words) and words[j].text in _AT:  # "those two on the shelf"
+        there, stop = _there(words, j, [e.id for e in scene.objects], scene, where)
+        return Meant(i, stop, there, count, exactly) if len(there) == count else None
     end = next((k + 1 for k in range(j, min(len(words), j + _LONGEST)) if _plural(words[k], scene)), 0)
     phrase = [t for t in words[j:end] if t.text != "ones"]
     if not end or any(t.text in lexicon().sizes or t.text in lexicon().ordinals or not t.word for t in phrase):
@@ -651,8 +667,19 @@ def place_named(words: Sequence[Token], at: int, scene: Scene) -> tuple[str | No
     return None, at
 
 
+def _along(words: Sequence[Token], at: int) -> bool:
+    """ "Down the left-hand side of it", "along the edge", "in the front row": a side that tells, and no destination."""
+    said = [t.text for t in words[at : at + 7]]
+    side = next((k for k, w in enumerate(said) if w in _SIDE_NOUNS), 0)
+    if not side or any(not t.word and t.text != "-" for t in words[at : at + side]):
+        return False
+    return said[0] in {"down", "along"} or (said[0] in {"in", "from", "of"} and said[side] in {"row", "column"})
+
+
 def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     """Whether what stands right after a phrase may tell which one is meant, in words that are not understood here."""
+    if _along(words, at):
+        return True
     if at >= len(words) or words[at].text not in _TELLING or uncheckable(words, at, scene):
         return False
     if words[at].text == "with":  # "swap the red block with the white one"
@@ -660,7 +687,8 @@ def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     if any(r.start == at for r in relations(words)):
         return False  # it says where to
     if words[at].text in {"that", "which"} and at + 1 < len(words) and words[at + 1].text in _MODAL:
-        return False  # "the green one that must go to level 2"
+        owns = words[at + 1].text == "has" and [t.text for t in words[at + 2 : at + 3]] != ["to"]
+        return owns  # "that has a red neighbour" tells; "the green one that must go to level 2" does not
     if words[at].text == "in":  # "in the sorting area", which is a destination; "in front", which tells
         return at + 1 < len(words) and words[at + 1].text in {"front", "between"}
     return words[at].text != "over"
