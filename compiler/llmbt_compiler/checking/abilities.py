@@ -23,7 +23,9 @@ _SETTLING = frozenset({"fix", "repair"})
 _TURNING = frozenset({"turn", "rotate", "spin", "swivel", "twist", "flip", "tilt"})
 _WHOLE = frozenset({"round", "around", "over", "upside", "sideways", "degrees", "clockwise", "back", "label", "face"})
 _POINTING = frozenset({"it", "that", "this"})
-_TAKING_BACK = frozenset({"scratch", "strike", "scrap", "forget", "ignore", "cancel", "cross", "delete", "erase", "hold"})
+_TAKING_BACK = frozenset(
+    {"scratch", "strike", "scrap", "forget", "ignore", "cancel", "cross", "delete", "erase", "hold"}
+)
 """Said of what was just said, "scratch that", and of no thing."""
 """What is said before: "position 12 should have a block in it; fix that"."""
 _BEFORE = frozenset({"and", "then", "please", "also", "you", "just", "pls", "first", "to"})

@@ -13,7 +13,7 @@ from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
-from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lexicon, singulars, tokens
 from llmbt_ir.diagnostics import Diagnostic
 from llmbt_ir.semantic_map import SemanticMap
 
@@ -25,6 +25,7 @@ _OTHERWISE = frozenset({
     "then", "after", "afterwards", "later", "first", "until", "or", "from", "swap", "exchange", "switch", "between",
     "respectively", "either", "if", "clear", "empty", "free", "via", "not", "starting", "where",
 })  # fmt: skip
+_SHARING = frozenset({"share", "shares", "sharing", "shared"})
 _EXCEPTING = frozenset({"but", "except", "apart", "besides", "else", "other", "than", "without"})
 
 
@@ -53,6 +54,7 @@ def too_many(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, lib
         places = _places(words, begin, end, scene)
         yield from _in_two(words, line, named, places, scene)
         yield from _on_one(words, line, named, places, scene)
+        yield from _shared(words, line, begin, end, scene)
         yield from _stacked(words, line, begin, end, named)
 
 
@@ -117,6 +119,30 @@ def _on_one(
         title = f"{places[0].ids[0]} takes one thing at a time, and the request wants {', '.join(ids)} there"
         span = span_of(words[named[0].start : places[0].end], line)
         yield Diagnostic("E308", title, span, "too many", "take another place")
+
+
+def _shared(words: Sequence[Token], line: str, begin: int, end: int, scene: Scene) -> Iterator[Diagnostic]:
+    """ "Both of them sharing that slot", "the two in one slot", "together with the one that's in there"."""
+    said = [t.text for t in words[begin:end]]
+    slots = {w for w in scene.generic(False) if any(scene.single(p.id) for p in scene.places if scene.fits(p, w))}
+    denied = lexicon().function["negation"] & set(said)
+    for k, w in enumerate(said):
+        after = said[k + 1 : k + 6]
+        noun = next((n for n, a in enumerate(after) if set(singulars(a)) & slots), None)
+        share = w in _SHARING and noun is not None
+        single = w in {"in", "on", "into", "onto"} and after[:1] in (["one"], ["a"]) and noun in {1, 2}
+        single = single and (after[0] == "one" or "single" in after[1:2]) and bool({"both", "two"} & set(said[:k]))
+        rest = said[k + 2 :]
+        joined = [w, *after[:1]] in (["together", "with"], ["along", "with"]) and _in_there(rest)
+        if not denied and (share or single or joined):
+            title = "a position takes one thing at a time, and the request wants more of them on one"
+            yield Diagnostic("E308", title, span_of(words[begin + k : end], line), "too many", "take another place")
+            return
+
+
+def _in_there(said: Sequence[str]) -> bool:
+    """Whether something is told as what a place holds already: "that's in there", "already in it"."""
+    return any(a in {"in", "on"} and b in {"there", "it"} for a, b in pairwise(said))
 
 
 def _stacked(words: Sequence[Token], line: str, begin: int, end: int, named: Sequence[_Named]) -> Iterator[Diagnostic]:

@@ -23,6 +23,13 @@ _STAYING = frozenset({"stay", "stays", "remain", "remains", "staying", "remainin
 _KEEPING = frozenset({"keep", "keeps", "leave", "leaves", "leaving", "keeping"})
 _TOUCHING = frozenset({"touch", "move", "moving", "touching", "moved", "touched", "moves", "budge", "shift", "disturb"})
 _TOUCHED = frozenset({"moved", "touched", "disturbed", "shifted", "budge", "move"})
+_REMOVED = frozenset(
+    {"taken", "removed", "lifted", "displaced", "relocated", "moved", "touched", "disturbed", "shifted"}
+)
+_NEVER = frozenset(
+    {("under", "no", "circumstances"), ("on", "no", "account"), ("in", "no", "case"), ("at", "no", "time")}
+)
+_OUT = frozenset({"out", "from", "off", "away", "down"})
 _NOT = frozenset(
     {"not", "dont", "doesnt", "never", "without", "cannot", "cant", "mustnt", "longer", "shouldnt", "wont", "isnt"}
 )
@@ -119,6 +126,9 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
             elif t.text in {"move", "moves", "moved", "budge"}:
                 subject, start = _subject(words, i, begin, line, scene, where, pointed=False)
                 yield _Kept(subject, start, i + 1)
+        elif t.text in _REMOVED and _denied(words, begin, i, end):
+            subject, start = _subject(words, i, begin, line, scene, where, pointed=False)
+            yield _Kept(subject, start, i + 1)
         elif t.text in _TOUCHED and (found := _nothing_on(words, begin, i, scene, where)):
             yield _Kept(found, begin, i + 1)
         elif t.text in {"leave", "leaves"} and any(w.text in _NOT for w in words[max(begin, i - 2) : i]):
@@ -135,6 +145,15 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
                 yield _Kept(found, i, end, place)
             elif found and ("where" in after or "alone" in after or "untouched" in after):
                 yield _Kept(found, i, end)
+
+
+def _denied(words: Sequence[Token], begin: int, i: int, end: int) -> bool:
+    """ "Under no circumstances may X be taken out of there", "X must not be removed": in the passive voice."""
+    said = [w.text for w in words[begin:i]]
+    if "be" not in said[-2:] or (words[i].text == "taken" and not {w.text for w in words[i + 1 : end][:3]} & _OUT):
+        return False
+    never = any(tuple(said[k : k + 3]) in _NEVER for k in range(len(said)))
+    return never or bool(set(said[-4:]) & _NOT)
 
 
 def _nothing_on(

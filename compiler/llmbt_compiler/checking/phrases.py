@@ -15,7 +15,7 @@ from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene, natural
-from llmbt_compiler.parsing.space.expressions import Ranked, rank_of, relations, side_of
+from llmbt_compiler.parsing.space.expressions import Ranked, Relation, rank_of, relations, side_of
 from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.words import Token, lexicon, singulars
@@ -43,6 +43,7 @@ _CLAUSE = frozenset({
 """Words after a noun that say where a thing is, and not where it is to go."""
 _MODAL = frozenset({"must", "should", "has", "needs", "ought", "goes", "shall", "may", "can", "will", "belongs"})
 _AT = frozenset({"on", "in", "at", "from", "of", "off"})
+_DOWN = frozenset({"down", "up", "over", "out", "back"})
 _ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then", "over"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "next", "beside", "between", "above", "below"})
 MASS = frozenset({"cargo", "good", "everything"})
@@ -75,6 +76,10 @@ _SIDE_NOUNS = frozenset({"side", "edge", "row", "column", "line", "end", "front"
 _ENTERING = frozenset({"stands", "sits", "lies", "standing", "sitting", "lying", "waits", "rests"})
 """Words before a phrase by which its sentence has said where the thing is: "at the left end stands a box"."""
 _ENDMOST = frozenset({"left", "right", "end", "front", "back", "rear", "middle", "leftmost", "rightmost", "corner"})
+_STRESSING = frozenset({"very", "absolute", "absolutely", "single", "actual"})
+_WHICHEVER = frozenset({"whichever", "whatever", "which"})
+_IN_NOUN = _AT | {"that", "there"}
+_NEIGHBOURS = frozenset({"neighbour", "neighbor", "neighbours", "neighbors"})
 _USES = {"drink": "drink", "eat": "food", "snack": "snack"}
 _LONGEST = 5
 
@@ -374,6 +379,8 @@ def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:
             return 0
         if t.text in lexicon().ordinals or t.text in lexicon().sizes or rank_of((t,), 0, 1) is not None:
             continue
+        if t.text in _STRESSING and after is not None and rank_of((after,), 0, 1) is not None:
+            continue
         if hearsay(words, j, scene):
             continue
         word = scene.word(t, True)
@@ -459,7 +466,10 @@ def _ranked(
     ):
         return None  # "put the red block on the right": it says where to
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
-    core = [t for t in of.core if t.text != "one"]
+    core = [t for t in of.core if t.text != "one" and t.text not in _STRESSING]
+    if not core and not group:
+        told = _predicated(words, start, scene, where)
+        group = told or group
     if not core and not group and _of_some(words, start, of.stop, scene):
         return Meant(start, of.stop, ())
     pool = world.every(core, True) if core else (tuple(group) or tuple(e.id for e in scene.objects),)
@@ -471,6 +481,21 @@ def _ranked(
     found = world.ranked(replace(of, core=tuple(core)), True, ids, words[start : of.stop], False)
     hit = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
     return Meant(start, of.stop, hit)
+
+
+def _predicated(words: Sequence[Token], start: int, scene: Scene, where: dict[str, str | None]) -> tuple[str, ...]:
+    """ "Whichever item on the table is (the rightmost one)": of what a rank is said."""
+    begin, _ = sentence_at(words, start)
+    led = start - 2 > begin and words[start - 1].text == "the" and words[start - 2].text in {"is", "are"}
+    which = next((k for k in range(begin, start - 2) if words[k].text in _WHICHEVER), None) if led else None
+    end = next((k + 1 for k in range((which or 0) + 1, start - 2) if words[k].text in _IN_NOUN), start - 2)
+    phrase = words[which + 1 : end - int(end < start - 2)] if which is not None else ()
+    if not phrase:
+        return ()
+    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    if not isinstance(found, Found):
+        return ()
+    return _there(words, end - int(end < start - 2), found.ids, scene, where)[0]
 
 
 def _of_one(words: Sequence[Token], start: int, end: int) -> Ranked | None:
@@ -510,6 +535,9 @@ def _related(
     begin = end
     while begin < len(words) and words[begin].text in _STANDING:
         begin += 1
+    by = _by_neighbour(words, start, end, line, scene, where)
+    if by is not None:
+        return by
     of = next((r for r in relations(words) if r.start == begin), None)
     stop = name_end(words, of) if of is not None else begin
     if of is None or not (begin > end or _goes_on(words, start, stop)):
@@ -530,6 +558,43 @@ def _related(
         near = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
         ids |= dict.fromkeys(near)
     return Meant(start, stop, tuple(sorted(ids, key=natural)))
+
+
+def _by_neighbour(
+    words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
+) -> Meant | None:
+    """ "The green block with a yellow neighbour", "that has the red one as its neighbour", or beside it."""
+    told = [t.text for t in words[end : end + 2]]
+    at = end + 1 if told[:1] == ["with"] else end + 2 if told in (["that", "has"], ["which", "has"]) else 0
+    if not at:
+        return None
+    noun = next((k for k in range(at + 1, min(len(words), at + 8)) if words[k].text in _NEIGHBOURS), None)
+    mark = landmark(words, at, scene)
+    ids: tuple[str, ...] = ()
+    stop = at
+    world = World(scene, Ledger(dict(where)), where, Talk(where), line)
+    if mark is not None:
+        of = next((r for r in relations(words) if r.start == mark.end and r.name == "next"), None)
+        behind = of is not None and (bool(of.owner) or [t.text for t in words[of.end : of.end + 1]] == ["it"])
+        as_its = noun is not None and mark.end < noun and words[mark.end].text in {"as", "for"}
+        if of is not None and behind:
+            ids, stop = mark.ids, of.end + int(not of.owner)
+        elif noun is not None and as_its:
+            ids, stop = mark.ids, noun + 1
+    elif noun is not None:
+        core = [t for t in words[at:noun] if not lexicon().is_(t.text, "articles")]
+        every = world.every(core, True) if core else None
+        ids, stop = (every[0], noun + 1) if isinstance(every, tuple) else ((), at)
+    pool = world.every([t for t in words[start:end] if t.text != "one"], True) if ids else None
+    if not isinstance(pool, tuple):
+        return None
+    near: dict[str, None] = {}
+    for each in ids:
+        found = world.related(Relation("next", end, stop), pool[0], (each,), words[start:stop], False)
+        near |= dict.fromkeys(
+            found.ids if isinstance(found, Found) else found.candidates if found.code == "E304" else ()
+        )
+    return Meant(start, stop, tuple(sorted(near, key=natural)))
 
 
 def _goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
@@ -644,6 +709,8 @@ def _there(
     """Those on the place that is named after the phrase, if some of them are there; and where those words end."""
     begin = at
     while begin < len(words) and words[begin].text in _STANDING:
+        begin += 1
+    if begin + 1 < len(words) and words[begin].text in _DOWN and words[begin + 1].text in _AT:
         begin += 1
     rest = words[begin:]
     if rest and rest[0].text in _AT:

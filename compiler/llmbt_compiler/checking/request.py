@@ -15,7 +15,7 @@ from llmbt_atl.library import Library
 from llmbt_compiler.checking.doubts import doubted
 from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
-from llmbt_compiler.checking.sides import beside, shifts
+from llmbt_compiler.checking.sides import beside, nothing_beyond, shifts, sideways
 from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.parsing import Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
@@ -115,7 +115,11 @@ def lacking(request: str, semantic_map: SemanticMap, library: Library) -> OpenPo
     scene = Scene(semantic_map, library)
     line = one_line(request)
     words = tokens(line)
-    points = (*_misplaced(words, line, ParseResult(), scene), *_points(words, line, (), scene, frozenset()))
+    points = (
+        *_misplaced(words, line, ParseResult(), scene),
+        *_points(words, line, (), scene, frozenset()),
+        *_beyond(words, line, (), scene),
+    )
     return next((p for p in points if p.diagnostic.code == "E142"), None)
 
 
@@ -243,6 +247,11 @@ def _points(
             fits = _not_there_yet(phrase, goals, scene)
             fits = tuple(f for f in fits if f in among) if len(among & set(fits)) == 1 else fits
             taken = (moved & set(fits)) or (said & set(fits))
+            told_closer = phrase.vague and any(
+                p.count > 1 and not p.vague and set(p.ids) < set(phrase.ids) for p in phrases.values()
+            )
+            if told_closer:
+                continue  # "a couple of things ..., so two of the green blocks"
             if len(phrase.ids) < phrase.count:
                 yield OpenPoint(_too_few(words[i : phrase.end], request, phrase))
             elif (
@@ -385,7 +394,13 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
     for m in _LEFT_OPEN.finditer(request):
         if movable and re.search(r"\bwhich one\b", m.group(0), re.IGNORECASE):
             return True
-        of_places = "where" in m.group(0).lower() or any(
+        said = [t.text for t in tokens(m.group(0)[: m.start("what") - m.start()])]
+        if said == ["whichever"] and re.search(r"\b(?:is|are) the \w+(?:est|most|er)\b", request[m.end() :]):
+            continue  # "whichever item on the table is the rightmost one"
+        of_places = "where" in said or bool(
+            said[:1] == ["any"] and {w for s in said for w in singulars(s)} & scene.generic(False)
+        )
+        of_places = of_places or any(
             t.text in scene.generic(False) or t.text in {"side", "end", "level"}
             for t in takewhile(lambda t: t.text not in {"to", "onto", "into", "for", "on"}, tokens(m.group("what")))
         )
@@ -419,7 +434,7 @@ def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
             told = _several(words[phrase.start : phrase.end], request, phrase.ids, taken, "places")
             yield OpenPoint(told, hit[taken[0]][0][1] if len(hit[taken[0]]) == 1 else None)
     read = (*meant_places(words, request, scene, about), *meant_objects(words, request, scene))
-    for phrase, place in beside(words, read, placed, scene):
+    for phrase, place in (*beside(words, read, placed, scene), *sideways(words, placed, scene)):
         told = _several(words[phrase.start : phrase.end], request, phrase.ids, [place], "places")
         yield OpenPoint(told, place)
 
@@ -428,6 +443,10 @@ def _beyond(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: 
     """ "Two slots to the left", where there is but one."""
     where = {o.id: o.place for o in scene.map.objects}
     moved = [o for g in goals if g.condition.name == "On" and (o := g.condition.args[0])]
+    for start, end, last in nothing_beyond(words, tuple(meant_objects(words, request, scene)), moved, scene):
+        said = request[words[start].start : words[end - 1].end]
+        title = f"the request names what is not there: `{said}` is no position, {last} is the last one"
+        yield OpenPoint(Diagnostic("E142", title, span_of(words[start:end], request), "beyond the end", "say another"))
     here = where.get(moved[0]) if len(moved) == 1 else None
     for shift in shifts(words) if here is not None else ():
         if here is not None and shift.beyond(here, scene):

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from llmbt_compiler.checking.phrases import Meant, landmark
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
+from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Talk
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["Shift", "beside", "shifts"]
+__all__ = ["Shift", "beside", "nothing_beyond", "shifts", "sideways"]
 
 _SIDES = frozenset({"left", "right", "leftmost", "rightmost", "front", "behind", "back", "either", "both", "each"})
 _STEPS = frozenset({"slot", "slots", "place", "places", "position", "positions", "spot", "spots", "space", "spaces",
@@ -91,6 +93,54 @@ def beside(
         taken = [a[1] for a in placed if a[1] in sides]
         if len(sides) > 1 and len(taken) == 1:
             yield Meant(relation.start, mark.end, tuple(sorted(sides, key=natural))), taken[0]
+
+
+def sideways(words: Sequence[Token], placed: Sequence[tuple[str, ...]], scene: Scene) -> Iterator[tuple[Meant, str]]:
+    """ "Sideways by one slot", "one slot over", "one place to the side": both sides where both are free, and the one
+    that the goals take."""
+    where = {o.id: o.place for o in scene.map.objects}
+    for i, t in enumerate(words):
+        begin, end = sentence_at(words, i)
+        said = [w.text for w in words[begin:end]]
+        counted = next((k for k in range(i - 1, max(begin, i - 2), -1) if words[k].text in _STEPS), None)
+        aside = t.text == "sideways" or [w.text for w in words[i - 1 : i + 1]] in (["the", "side"], ["one", "side"])
+        ends = i + 1 == len(words) or not words[i + 1].word or words[i + 1].text in {"please", "and", "on"}
+        over = t.text in {"over", "along", "across"} and counted is not None and ends
+        if not (aside or over) or set(said) & _SIDES:
+            continue
+        count = next((int(n) for a, b in pairwise(words[begin:end]) if b.text in _STEPS and (n := _count(a))), 1)
+        for one, place in ((a[0], a[1]) for a in placed):
+            row = _row(where.get(one) or "", scene)
+            at = row.index(where[one] or "") if row else 0
+            sides = tuple(p for p in row if abs(row.index(p) - at) == count and p not in where.values())
+            if len(sides) > 1 and place in sides:
+                yield Meant(i, i + 1, tuple(sorted(sides, key=natural))), place
+
+
+def _count(t: Token) -> int:
+    return int(t.number) if t.number is not None and t.number.isdecimal() else int(t.text in {"a", "an"})
+
+
+def nothing_beyond(
+    words: Sequence[Token], phrases: Sequence[Meant], moved: Sequence[str], scene: Scene
+) -> Iterator[tuple[int, int, str]]:
+    """Where a place is asked for to the left or the right of the last one of a row: those words, and the last one.
+    `phrases` are those that tell things apart, `moved` the things that do not stay where they are."""
+    read = {k for p in phrases for k in range(p.start, max(p.end, p.stop))}
+    where = {o.id: o.place for o in scene.map.objects}
+    for relation in relations(words):
+        if relation.name not in {"left", "right"} or relation.owner or relation.start in read:
+            continue
+        named = next((m for m in mentions_in(words[relation.end :], scene) if m.start <= 1), None)
+        mark = landmark(words, relation.end, scene) if named is None else None
+        ids = (named.id,) if named is not None else mark.ids if mark is not None else ()
+        if len(ids) != 1 or ids[0] in moved:
+            continue
+        place = ids[0] if not scene[ids[0]].movable else where.get(ids[0]) or ""
+        row = _row(place, scene)
+        stop = relation.end + named.end if named is not None else mark.end if mark is not None else relation.end
+        if row and place == row[0 if relation.name == "left" else -1]:
+            yield relation.start, stop, place
 
 
 def _world(scene: Scene) -> World:

@@ -100,7 +100,7 @@ def _read(words: Sequence[Token], i: int, scene: Scene) -> _Read | None:
         rank=rank_of(words, first, end),
         vacant=any(lexicon().is_(t.text, "vacant") for t in inside),
         other=any(t.text == "other" for t in inside),
-        outer=noun.text in _ENDS or any(t.text in _OUTER for t in inside),
+        outer=noun.text in _ENDS or any(t.text in _OUTER | _ENDS for t in inside),
         level=next((n for t in inside for n in ("top", "bottom") if lexicon().is_(t.text, n)), ""),
     )
     if read.rank is not None and read.rank.stop > end:
@@ -134,7 +134,7 @@ def _head(words: Sequence[Token], first: int, scene: Scene) -> int:
             return j + 1 if _container(words, j + 2, scene)[0] else 0
         if _noun(t, scene) and not (after is not None and (after.number is not None or _noun(after, scene))):
             return j + 1
-        small = t.text in {*lexicon().ordinals, *_MARKING, *_OUTER, *_SIDES, "other", "front", "back", "rear"}
+        small = t.text in {*lexicon().ordinals, *_MARKING, *_OUTER, *_ENDS, *_SIDES, "other", "front", "back", "rear"}
         ranked = _ranks(t) or lexicon().is_(t.text, "vacant", "top", "bottom", "middle")
         if not (small or ranked or t.digits or t.glued):
             return 0
@@ -290,17 +290,24 @@ def _named_level(read: _Read, words: Sequence[Token], scene: Scene) -> str | Non
     ("that level")."""
     lo, _ = sentence_at(words, read.start)
     _, hi = sentence_at(words, read.stop)
+    found = _levels(read, words, lo, hi, scene)
+    if not found and lo:
+        found = _levels(read, words, 0, hi, scene)  # "Red. Level 3. The end slot."
+    return next(iter(found), None) if len(found) <= 1 else ANYWHERE
+
+
+def _levels(read: _Read, words: Sequence[Token], lo: int, hi: int, scene: Scene) -> tuple[str, ...]:
     found: dict[str, None] = {}
     for k in (*range(lo, read.start), *range(read.stop, hi)):
         if words[k].text in {"same", "that", "this"} and k + 1 < hi and words[k + 1].text in scene.vocabulary(False):
-            return ANYWHERE
+            return (ANYWHERE,)
         container, _ = _container(words, k, scene) if words[k].word else (None, k)
         if container is not None and any(scene.single(p.id) for p in scene.map.inside(container)):
             deeper = any(scene.map.inside(p.id) for p in scene.map.inside(container))
             if not deeper:
                 found[container] = None
     found |= dict.fromkeys(_at_very(read, words, lo, hi, scene)) if not found else {}
-    return next(iter(found), None) if len(found) <= 1 else ANYWHERE
+    return tuple(found)
 
 
 def _at_very(read: _Read, words: Sequence[Token], lo: int, hi: int, scene: Scene) -> Iterator[str]:
