@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from itertools import groupby, pairwise
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import LabelledStep
@@ -24,30 +24,32 @@ from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
 __all__ = ["gist"]
 
-_LONGEST = 400
+_LONGEST = 60
 _NP = 9
 _BELONGING = frozenset({
-    "goes", "go", "going", "belong", "belongs", "end", "ends", "be", "is", "are", "up", "find", "finds", "fit", "fits",
-    "receive", "receives", "accommodate", "house", "host", "occupy", "occupies", "fill", "fills", "filled", "waits",
-    "waiting", "reserved", "destined", "meant", "intended", "bound", "headed", "heading", "home", "stop", "destination",
-    "target", "due", "set", "aside", "earmarked", "designated", "assigned", "allocated", "wanted", "needed", "needs",
-    "need", "want", "wants", "like", "see", "have", "get", "gets", "getting", "make", "sure", "arrive", "arrives",
-    "arriving", "land", "lands", "come", "comes", "do", "let", "moved", "made", "given", "follow", "follows", "join",
-    "joins", "turn", "reach", "reaching", "reached", "release", "releasing", "lower", "lowering", "gently",
-    "takes", "take", "supposed", "expected", "required", "ready", "spot", "place", "seat", "sees", "it", "they",
-    "travel", "travels", "sit", "live", "lives", "stay", "rest", "spend", "change", "over", "across",
+    "goes", "go", "going", "belong", "belongs", "end", "ends", "be", "is", "are", "up", "find", "finds", "fit",
+    "fits", "receive", "receives", "accommodate", "house", "host", "occupy", "occupies", "fill", "fills",
+    "filled", "waits", "waiting", "reserved", "destined", "meant", "intended", "bound", "headed", "heading",
+    "home", "stop", "destination", "target", "due", "set", "aside", "earmarked", "designated", "assigned",
+    "allocated", "wanted", "needed", "needs", "need", "want", "wants", "like", "see", "have", "get", "gets",
+    "getting", "make", "sure", "arrive", "arrives", "arriving", "land", "lands", "come", "comes", "do", "let",
+    "moved", "made", "given", "follow", "follows", "join", "joins", "turn", "reach", "reaching", "reached",
+    "release", "releasing", "lower", "lowering", "gently", "takes", "take", "supposed", "expected", "required",
+    "ready", "spot", "place", "seat", "sees", "it", "they", "travel", "travels", "sit", "live", "lives", "stay",
+    "rest", "spend", "change", "over", "across",
 })  # fmt: skip
 """What may be said of a thing, a place or who acts, where the one is to come to the other."""
 _PLAIN = frozenset({
-    "the", "a", "an", "this", "that", "thats", "which", "where", "what", "its", "i", "id", "we", "wed", "you", "your",
-    "to", "in", "on", "onto", "into", "at", "for", "of", "with", "there", "here", "and", "then", "so", "as", "please",
-    "now", "next", "first", "finally", "lastly", "afterwards", "also", "too", "should", "shall", "must", "would", "will",
-    "may", "can", "could", "ought", "kindly", "just", "simply", "down", "straight", "right", "directly", "carefully",
-    "slowly", "safely", "immediately", "turn", "all", "both", "one", "place", "correct", "proper", "new", "final",
-    "itll", "theyll", "ill", "well", "youll", "is", "been", "respectively", "each", "thereupon", "stead", "toward",
-    "towards", "over", "along", "by", "accordingly", "exactly", "precisely", "really", "only", "job", "task",
-    "ok", "okay", "alright", "up", "back", "out", "off", "way", "spot", "slot", "position", "convey", "my",
-    "kind", "good", "instead", "suits", "suit", "better", "best", "enough", "obliged", "grateful", "appreciate", "pleased", "glad", "happy", "help", "through",
+    "the", "a", "an", "this", "that", "thats", "which", "where", "what", "its", "i", "id", "we", "wed", "you",
+    "your", "to", "in", "on", "onto", "into", "at", "for", "of", "with", "there", "here", "and", "then", "so",
+    "as", "please", "now", "next", "first", "finally", "lastly", "afterwards", "also", "too", "should", "shall",
+    "must", "would", "will", "may", "can", "could", "ought", "kindly", "just", "simply", "down", "straight",
+    "right", "directly", "carefully", "slowly", "safely", "immediately", "turn", "all", "both", "one", "place",
+    "correct", "proper", "new", "final", "itll", "theyll", "ill", "well", "youll", "is", "been", "respectively",
+    "each", "thereupon", "stead", "toward", "towards", "over", "along", "by", "accordingly", "exactly",
+    "precisely", "really", "only", "job", "task", "ok", "okay", "alright", "up", "back", "out", "off", "way",
+    "spot", "slot", "position", "convey", "my", "kind", "good", "instead", "suits", "suit", "better", "best",
+    "enough", "obliged", "grateful", "appreciate", "pleased", "glad", "happy", "help", "through",
 })  # fmt: skip
 _ASIDE = re.compile(
     r"(?:,|\s[-\u2013\u2014])\s*(?:wherever\b[^,;.:]*|(?:one|two|three|four|five|six)\s+in\s+number|the\s+(?:rest|others?)\s+being\b[^,;.:]*?"
@@ -93,78 +95,115 @@ class _Named:
 
 def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
     """The step put plainly; None where it says more, or less."""
-    whole = step.text
+    begun = tokens(step.text)[:2]
+    if begun and _idle(begun[0].text, scene) and (len(begun) == 1 or begun[1].text not in _MARKS):
+        return None
     text = reworded(replace(step, spans=(), readings=())).text
     step = replace(step, text=_ASIDE.sub(lambda m: (" " if m.start() == 0 else ",").ljust(len(m[0])), text))
     line = tokens(step.text)
-    begun = tokens(whole)[:2]
-    if begun and _idle(begun[0].text, scene) and (len(begun) == 1 or begun[1].text not in _MARKS):
+    if not line or len(line) > _LONGEST or (line[-1].text == "?" and not _POLITE.match(step.text)):
         return None
-    if (
-        not line
-        or len(step.text) > _LONGEST
-        or _idle(line[0].text, scene)
-        or (line[-1].text == "?" and not _POLITE.match(step.text))
-    ):
+    if _idle(line[0].text, scene) or _stops(line):
         return None
     named = _named(line, scene, talk)
-    free = [t for i, t in enumerate(line) if not any(n.start <= i < n.end for n in named)]
-    free = [t for t in free if t.text != "?"]
+    free = [t for i, t in enumerate(line) if not any(n.start <= i < n.end for n in named) and t.text != "?"]
     said = {t.text for t in free}
     if "been" in said or (said & _MAYBE and not said & {"you", "we", "i"}):
         return None  # what is so, or may be
     if len(named) == 1 and named[0].thing and said & _GRIP and said <= _GRIPPING:
         return _written(step, [("pick", _cut(step, line, named[0]), "")])
-    if not all(_says_nothing_else(t, scene) for t in free) or _stops(line):
+    if not all(_says_nothing_else(t, scene) for t in free):
         return None
     if any(n.thing and _related(line[n.end : n.end + 2]) for n in named):
         return None
-    if named and named[0].thing and len(named[0].ids) > 1:
-        later = [i for n in named[1:] if n.thing for i in n.ids]
-        named = named[1:] if sorted(later) == sorted(named[0].ids) else named  # "The tea and the juice: the tea ..."
+    orders = _going(step, line, named, free, scene)
+    if not orders and _about_placing(free, scene):
+        told = _without_heading(named)
+        orders = _to_one_place(step, line, told, free, scene, talk) or _in_pairs(step, line, told, free, scene)
+    return _written(step, orders) if orders else None
+
+
+_Orders = Sequence[tuple[str, str, str]]
+
+
+def _going(
+    step: LabelledStep, line: Sequence[Token], named: Sequence[_Named], free: Sequence[Token], scene: Scene
+) -> _Orders:
+    """ "Over to the bar": a way, where the robot can go."""
+    if len(named) != 1 or named[0].thing or named[0].lead not in _TO or travel_template(scene.library) is None:
+        return ()
+    begun = line[0].text in {"to", "over", "back", "off"}
+    plain = begun and all(t.text in _TRAVELLING | _MARKS for t in free)
+    return (("go", "", _cut(step, line, named[0])),) if plain else ()
+
+
+def _to_one_place(
+    step: LabelledStep,
+    line: Sequence[Token],
+    named: Sequence[_Named],
+    free: Sequence[Token],
+    scene: Scene,
+    talk: Talk,
+) -> _Orders:
+    """One thing, or one list of things, or "it", and one place."""
+    things, places = _parted(named, scene)
+    pointed = [t for t in free if t.text in {"it", "them"}]
+    if len({t.text for t in pointed}) > 1 or len({n.ids for n in places}) > 1:
+        return ()
+    if any(n.lead in _AROUND for n in places[:1]):
+        return ()
+    whole = _one_list(line, things)
+    if things and (whole is None or any(free[0] is not t and t.start < line[whole[0]].start for t in pointed)):
+        return ()
+    words = step.text[line[whole[0]].start : line[whole[1] - 1].end] if whole else "".join(t.text for t in pointed[:1])
+    if not places:
+        there = bool(things) and talk.place is not None and any(t.text == "there" for t in free)
+        return (("put", words, "there"),) if there else ()
+    if not words or any(scene.within(talk.where.get(i), places[0].ids[0]) for n in things for i in n.ids):
+        return ()
+    return (("put", words, _cut(step, line, places[0])),)
+
+
+def _in_pairs(
+    step: LabelledStep, line: Sequence[Token], named: Sequence[_Named], free: Sequence[Token], scene: Scene
+) -> _Orders:
+    """Things and places in turn, or as many places as things."""
+    if any(t.text in {"it", "them"} for t in free):
+        return ()
     named = [n for n in named if n.lead not in _SOURCE]
-    things = [n for n in named if n.thing]
-    places = _narrowest([n for n in named if not n.thing], scene)
-    if not things and places and len(places) == 1 and travel_template(scene.library) is not None:
-        going = line[0].text in {"to", "over", "back", "off"} and places[0].lead in _TO
-        if going and all(t.text in _TRAVELLING | _MARKS for t in free):
-            return _written(step, [("go", "", _cut(step, line, places[0]))])
-    if not places and "there" in said and talk.place is not None and _about_placing(free, scene):
-        whole = _one_list(line, things)
-        there = step.text[line[whole[0]].start : line[whole[1] - 1].end] if whole else ""
-        return _written(step, [("put", there, "there")]) if there else None
-    if not places or not _about_placing(free, scene):
-        return None
-    pointed = [t.text for t in free if t.text in {"it", "them"}]
-    if len(set(pointed)) > 1:
-        return None
-    if len({n.ids for n in places}) == 1 and places[0].lead not in _AROUND:
-        whole = _one_list(line, things)
-        if things and (not whole or any(t.text in pointed and t.start < line[whole[0]].start for t in free[1:])):
-            return None
-        words = step.text[line[whole[0]].start : line[whole[1] - 1].end] if whole else "".join(pointed[:1])
-        ids = tuple(i for n in things for i in n.ids)
-        if not words or any(scene.within(talk.where.get(i), places[0].ids[0]) for i in ids):
-            return None
-        return _written(step, [("put", words, _cut(step, line, places[0]))])
-    kinds = [n.thing for n in named]
-    paired = len(kinds) % 2 == 0 and all(a != b for a, b in zip(kinds, kinds[1:], strict=False))
-    if paired and not pointed and len({i for n in things for i in n.ids}) == sum(len(n.ids) for n in things):
-        pairs = zip(named[::2], named[1::2], strict=True)
-        sorted_ = [(a, b) if a.thing else (b, a) for a, b in pairs]
-        if all(b.lead in _GOAL for _, b in sorted_) and len(things) == len(places):
-            return _written(step, [("put", _cut(step, line, a), _cut(step, line, b)) for a, b in sorted_])
-    split = [k for k, _ in groupby(kinds)]
-    ids = [[i for n in group for i in n.ids] for group in (things, places)]
+    things, places = _parted(named, scene)
+    moved = [i for n in things for i in n.ids]
+    turns = [kind for kind, _ in groupby(n.thing for n in named)]
+    if len(turns) == len(named) == 2 * len(places) and len(things) == len(places) and len(set(moved)) == len(moved):
+        pairs = [(a, b) if a.thing else (b, a) for a, b in zip(named[::2], named[1::2], strict=True)]
+        if all(b.lead in _GOAL for _, b in pairs) and len(pairs) > 1:
+            return tuple(("put", _cut(step, line, a), _cut(step, line, b)) for a, b in pairs)
+    ends = [i for n in places for i in n.ids]
     told = any(t.text == "respectively" for t in free) or all(n.lead in {*_GOAL, "and", ","} for n in places)
-    if len(split) == 2 and told and not pointed and len(ids[0]) == len(ids[1]) == len(set(ids[0])) == len(set(ids[1])):
-        return _written(step, [("put", thing, place) for thing, place in zip(*ids, strict=True)])
-    return None
+    if len(turns) == 2 and told and len(moved) == len(set(moved)) == len(ends) == len(set(ends)):
+        return tuple(("put", thing, place) for thing, place in zip(moved, ends, strict=True))
+    return ()
+
+
+def _parted(named: Sequence[_Named], scene: Scene) -> tuple[list[_Named], list[_Named]]:
+    """Things, and the places that they do not come from."""
+    there = [n for n in named if n.lead not in _SOURCE]
+    return [n for n in there if n.thing], _narrowest([n for n in there if not n.thing], scene)
+
+
+def _without_heading(named: Sequence[_Named]) -> Sequence[_Named]:
+    """ "(Off the bar come) the tea and the juice: the tea ..., the juice ..." without what is told of one by one."""
+    first = next((i for i, n in enumerate(named) if n.thing), 0)
+    later = [i for n in named[first + 1 :] if n.thing for i in n.ids]
+    listed = named and len(named[first].ids) > 1 and sorted(later) == sorted(named[first].ids)
+    return [*named[:first], *named[first + 1 :]] if listed else named
 
 
 def _idle(word: str, scene: Scene) -> bool:
+    """Whether a step begins with what changes nothing."""
     verb = read_verb(word, (), scene.library)
-    return word == verb.lemma and not verb.corrected and verb.is_("idle", "own", "refraining", "checking", "leaving")
+    idle = verb.is_("idle", "own", "refraining", "checking", "leaving")
+    return word == verb.lemma and not verb.corrected and idle
 
 
 def _related(after: Sequence[Token]) -> bool:
@@ -209,7 +248,7 @@ def _one_list(line: Sequence[Token], things: Sequence[_Named]) -> tuple[int, int
         return None
     if len({n.ids for n in things}) == 1:
         return things[0].start, things[0].end
-    for a, b in zip(things, things[1:], strict=False):
+    for a, b in pairwise(things):
         between = {t.text for t in line[a.end : b.start]}
         if not between <= {",", "and", "as", "well", "plus"} or not between:
             return None
@@ -308,6 +347,8 @@ def _fits(t: Token, words: Sequence[Token], k: int, scene: Scene, thing: bool) -
     if t.number is not None:
         return len(words) > 1
     edge = k in {0, len(words) - 1}
+    if t.text in {"what", "whatever"} or (k and t.text in {"that", "which"}):
+        return False
     if lex.is_(t.text, "articles", "all", "rest", "both", "vacant") or t.text in lex.ordinals or t.text in lex.sizes:
         return k < len(words) - 1 or t.text in {"rest", "others"}
     if lex.is_(t.text, "top", "bottom", "middle", "last"):

@@ -32,6 +32,15 @@ _SHOULD = re.compile(r"^\W*(should)\s+(?!I\b|we\b)[^,;.!?]{2,60},", re.IGNORECAS
 """A condition without an "if"."""
 
 
+_UNREAL = re.compile(
+    r"^\W*(?:had|were)\s+(?:I|we|he|she|it|they|there|the)\b[^.;!]*\bwould(?:n['\u2019]t|\s+not)?\b[^.;!]*[.!]?\s*$"
+    r"|^[^.;!]*\bwould(?:n['\u2019]t|\s+not)?\s[^.;!]*\b(?:were\s+it\s+not|had\s+it\s+not)\b[^.;!]*[.!]?\s*$"
+    r"|^\W*(?:who|why|when|how)\b(?!\s+(?:about|ever|not)\b)[^.;:!]*\?\s*$",
+    re.IGNORECASE,
+)
+"""Tells of what is not so, or asks for what one knows: no order, whatever it names."""
+
+
 _ON = r"(?:(?!\s+(?:and|then|but)\b)[^,;.:!?])*"
 _SAYING = re.compile(
     rf"\b(?:(?:please\s+)?let\s+(?:me|us|him|her|them|the\s+\w+)\s+know\b{_ON}"
@@ -57,6 +66,8 @@ def outspoken(step: LabelledStep) -> LabelledStep:
     if m is not None:
         a, b = m.span(1)
         step = replace(step, text=f"{step.text[:a]}{'if':<{b - a}}{step.text[b:]}")
+    if _UNREAL.search(step.text):
+        return replace(step, spans=(), readings=())
     for pattern in (_POLITE, _SAYING):
         m = pattern.search(step.text)
         step = without(step, Extent(*m.span())) if m is not None else step

@@ -26,9 +26,9 @@ _IDLE = re.compile(
     r"|,?\s*\bfilling\s+(?:it|them)\s+(?:up\s+)?(?:starting\s+)?(?:from|with|at)\s+(?:its|the|their)\s+(?:first|lowest|left)\b[^,;.]{0,25}"
     r"|\blet\s+(?:me|us|the\s+(?:user|operator))\s+know\b(?:\s+(?:when|once|if|that|as\s+soon\s+as|about)\b[^,;.]*)?"
     r"|\bstand(?:ing)?\s+by\b(?:\s+for\b[^,;.]*)?"
-    r"|\bfor\s+the\s+(?:next|new|coming|upcoming|incoming|following)\s+(?:delivery|arrival|shipment|batch|load|round|job|order|task)\b"
     r"|\bwhat\s+(?:he|she|I|they|the\s+user)\s+(?:ordered|wants?|wanted|would\s+like|asked\s+for|needs?|is\s+after)\s+"
     r"(?:is|was|are|were)\s+(?=[^:.;]*:)"
+    r"|\bfor\s+the\s+(?:next|new|coming|upcoming|incoming|following)\s+(?:delivery|arrival|shipment|batch|load|round|job|order|task)\b"
     r"|,\s*I\s+meant?\s+(?=the\b)[^,;.]*(?=\s*[.!]|\s*$)"
     r"|(?<=\w)\s+if\s+(?:needed|necessary|required|need\s+be|applicable|desired)(?=\s*[.;!]|\s*$)",
     re.IGNORECASE,
@@ -54,7 +54,7 @@ _LEFT = re.compile(
 def reworded(step: LabelledStep) -> LabelledStep:
     """The step in plain words, with as many characters."""
     step = _go_and_wait(_silent(_to_its_place(_coloured(step))))
-    return _vacant(_vacated(_in_parentheses(step)))
+    return _vacant(_vacated(_in_parentheses(_seen_to(step))))
 
 
 def _silent(step: LabelledStep) -> LabelledStep:
@@ -131,6 +131,18 @@ def _to_its_place(step: LabelledStep) -> LabelledStep:
     a, b = m.span()
     step = without(step, Extent(a, b))
     return replace(step, text=step.text[:a] + "back".ljust(b - a) + step.text[b:])
+
+
+_SEEN_TO = re.compile(
+    r"\b(?P<see>(?:see(?:\s+to\s+it)?|make\s+sure|ensure)\s+)that\s+(?:he|she|the\s+\w+)\s+(?:gets|receives|is\s+given)\b",
+    re.IGNORECASE,
+)
+
+
+def _seen_to(step: LabelledStep) -> LabelledStep:
+    """ "See that he gets them": what is to be seen to is the order."""
+    m = _SEEN_TO.search(step.text)
+    return without(step, Extent(*m.span("see"))) if m is not None else step
 
 
 _VACANT = re.compile(

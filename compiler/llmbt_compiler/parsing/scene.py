@@ -207,7 +207,8 @@ class Scene:
         own = self.vocabulary(movable) | self.generic(movable)
         plural = token.text.endswith("s")
         for form in singulars(token.text):
-            longer = {w for w in own if len(form) >= 3 and w.startswith(form)}
+            cut = len(form) >= 3 and not lexicon().is_(form, "him", "pronouns", "plural_pronouns")
+            longer = {w for w in own if cut and w.startswith(form)}
             if len(longer) == 1:
                 return Word(token, longer.pop(), plural=form != token.text)
         near = closest(token.text, own) or (closest(token.text[:-1], own) if plural else ())

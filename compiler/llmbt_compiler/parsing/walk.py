@@ -106,7 +106,7 @@ class _Walker(Ordering):
         return frozenset(out)
 
     def after(self, step: LabelledStep) -> _Walker:
-        """The walker after a step. One that is not understood, or asks for nothing, is read by its gist, if it has one."""
+        """The walker after a step; one that is not understood, or asks for nothing, is read by its gist, if any."""
         before, acts, stood = self.errors(), self.ledger.acts, self.ledger.standing()
         kept = self.fork()
         walker = self.explained(step)
