@@ -15,6 +15,7 @@ from llmbt_atl.library import Library
 from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses
+from llmbt_compiler.parsing.doubts import doubts
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.frames import among
 from llmbt_compiler.parsing.gist import gist
@@ -221,6 +222,10 @@ class _Walker(Ordering):
             return
         if not found:
             self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
+            if (
+                self.mentioned and not forbidden and not self.ledger.pending
+            ):  # "The milk is on the shelf. | Grab it ..."
+                self.targets = (self.mentioned, self.turn)
             return
         before = (self.ledger.acts, self.targets, self.place)
         earlier = len(self.diagnostics)
@@ -262,6 +267,9 @@ class _Walker(Ordering):
             if not self.scene.within(self.ledger.where.get(thing), place):
                 title = f"`{extent.cut(step.text)}` is told, and no step does it"
                 self.complain("E314", title, extent, "", "say it in a step of its own")
+        for extent in doubts(step, self.scene) if asks else ():
+            title = f"`{extent.cut(step.text)}` leaves open whether it is to be done"
+            self.complain("E314", title, extent, "", "say what is to be done")
         for extent in restrictions(step) if asks else ():
             title = f"`{extent.cut(step.text)}` restricts what may be done, which goals cannot say"
             self.complain("E314", title, extent, "", "say which thing is to go where")

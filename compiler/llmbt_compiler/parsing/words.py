@@ -152,6 +152,9 @@ def tokens(text: str, start: int = 0, end: int | None = None) -> tuple[Token, ..
         word = respelt(unicodedata.normalize("NFKC", raw).casefold().translate(_APOSTROPHES))
         if not word or (not word[0].isalnum() and kind != "-"):
             continue
+        if kind == "9" and glued and len(out) > 1 and out[-1].text == "-" and out[-1].glued and len(out[-2].text) == 1:
+            if out[-2].word and not out[-2].glued:
+                out.pop()  # "P-11"
         if word == "s" and glued and out[-1].digits and len(raw) > 1:
             out[-1] = replace(out[-1], owner=True)
             continue  # "object 4's"
