@@ -1,11 +1,12 @@
-"""What takes an order back, or gives it to somebody else: "but do not do it", "or leave it", "unless she says no", "ask Tom
-to put ...", "Tom has put ...", "the red cup, no, the blue cup"."""
+"""What takes an order back, or gives it to somebody else: "but do not do it", "or leave it", "unless she says no", "ask
+Tom to put ...", "Tom has put ...", "the red cup, no, the blue cup"."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 from llmbt_compiler.parsing.explained import without
 from llmbt_compiler.parsing.model import Extent, LabelledStep
@@ -62,7 +63,7 @@ def doubts(step: LabelledStep, scene: Scene) -> Iterator[Extent]:
 def put_right(step: LabelledStep) -> LabelledStep:
     """ "The red cup, no, the blue cup": only what it is corrected to."""
     spans = sorted(step.spans, key=lambda s: s.start)
-    for a, b in zip(spans, spans[1:], strict=False):
+    for a, b in pairwise(spans):
         m = _CORRECTED.fullmatch(step.text, a.end, b.start) if a.label is b.label else None
         if m is None or len(step.text) > _SHORT:
             continue
