@@ -10,12 +10,23 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any
 
 from llmbt_atl.state import domain_of
 from llmbt_compiler.asking import Asked, Slot, edit_for, edited, from_diagnostics, from_model, from_request, restated
 from llmbt_compiler.asking.answer import choose
-from llmbt_compiler.checking import contradictions, moved_all_the_same, open_points, too_many, unable, unknown_names
+from llmbt_compiler.checking import (
+    contradictions,
+    lacking,
+    moved_all_the_same,
+    open_points,
+    too_many,
+    unable,
+    ungrounded,
+    unknown_names,
+    witnessed,
+)
 from llmbt_compiler.parsing import Goal, LabelledStep, Note, ParseResult
 from llmbt_compiler.reasoning.chat import Reply, answerable
 from llmbt_compiler.reasoning.dialogue import Dialogue
@@ -39,6 +50,8 @@ __all__ = [
 DIALOGUE = "dialogue.json"
 _SENTENCES = re.compile(r"[^.;!?]+[.;!?]*")
 _LONGEST = 2000
+_HOLDING = re.compile(r"\b(?:hold|holding|pick|lift|grasp|grip|hand)\b", re.IGNORECASE)
+"""Words of a request that wants a thing in the hand, and brought nowhere."""
 _OF_THE_REPLY = ("E103", "E104", "E105", "E106", "E107", "E108", "E109", "E101", "E102", "E130", "E133")
 """Faults of the asking itself: nothing was said that could be corrected."""
 
@@ -238,8 +251,12 @@ class _Run:
         for point in open_points(context.request, parsed, semantic_map, library, said):
             return from_request(point, semantic_map, library)
         sentences = tagged(_SENTENCES.findall(" ".join(context.request.split())[:_LONGEST]), context.tagger)
-        unknown = unknown_names(sentences, parsed.goals, semantic_map, library)
-        return next((from_request(p, semantic_map, library) for p in unknown), None)
+        points = chain(
+            witnessed(context.request, sentences, parsed.goals, semantic_map, library),
+            unknown_names(sentences, parsed.goals, semantic_map, library),
+            ungrounded(context.request, parsed.goals, semantic_map, library),
+        )
+        return next((from_request(p, semantic_map, library) for p in points), None)
 
     def answer(self, asked: Asked) -> str | None:
         """The user's answer, entered into what was said; None where there is none."""
@@ -359,7 +376,7 @@ class _Run:
         An answer that names one of the candidates needs no model where the request itself reads as the step.
         """
         context = self.context
-        asked = from_model(question, context.semantic_map, context.library)
+        asked = self.told_what_lacks(from_model(question, context.semantic_map, context.library))
         self.said = self.said.question(question.text, asked.candidates, by="model")
         answer = self.consult(asked)
         if answer is None and self.table[self.last].name == "reason":
@@ -372,6 +389,14 @@ class _Run:
         if self.can_ask(following):
             return following
         return None if self.settled_here(asked, answer) else following
+
+    def told_what_lacks(self, asked: Asked) -> Asked:
+        """The model's question, with what the scene lacks where the request names such a thing."""
+        point = lacking(self.context.request, self.context.semantic_map, self.context.library)
+        if point is None:
+            return asked
+        told = replace(asked.diagnostic, title=f"{asked.diagnostic.title} ({point.diagnostic.title})")
+        return replace(asked, diagnostic=told)
 
     def settled_here(self, asked: Asked, answer: str) -> bool:
         """Go on with the request itself as the steps, the answer in it, where it comes to goals that way."""
@@ -401,7 +426,8 @@ class _Run:
         for steps in self.readings(asked, answer, ids):
             parsed = parse.run(steps, context)
             about = {a for g in parsed.goals for a in g.condition.args}
-            if parsed.ok and all(about & {i, *(p.id for p in semantic_map.inside(i))} for i in ids):
+            brought = any(len(g.condition.args) > 1 for g in parsed.goals) or _HOLDING.search(context.request)
+            if parsed.ok and brought and all(about & {i, *(p.id for p in semantic_map.inside(i))} for i in ids):
                 self.said = self.said.settled(" ".join(s.text for s in steps))
                 return steps
         return None

@@ -15,7 +15,7 @@ from llmbt_ir.scene import load_scene, to_semantic_map
 
 SCENES = {
     name: (to_semantic_map(load_scene(name)), load_library(load_scene(name).library))
-    for name in ("cargo_sorting", "cargo_swap", "cargo_groups", "household")
+    for name in ("cargo_sorting", "cargo_swap", "cargo_sizes", "cargo_groups", "household")
 }
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.requests.blind import read_blind
-from tests.requests.cases import BLIND, BLIND2, DEV, Case, read_open
+from tests.requests.cases import BLIND, BLIND2, BLIND3, DEV, DEV2, Case, read_open
 from tests.requests.decide import Decision, Judged, judge
 
 KINDS = ("complete", "ambiguous", "impossible")
@@ -57,8 +57,15 @@ def parts(blind: Path | None = None) -> dict[str, tuple[Case, ...]]:
     and another author's, by which the code was mended."""
     if blind is not None:
         return {"blind": read_blind(blind)}
-    more = {"once blind": BLIND, "once blind, second": BLIND2, "development": DEV}
-    return {"open": read_open(), **{name: read_blind(path) for name, path in more.items() if path.exists()}}
+    more = {
+        "once blind": (BLIND,),
+        "once blind, second": (BLIND2,),
+        "once blind, third": BLIND3,
+        "development": (DEV,),
+        "development, second": (DEV2,),
+    }
+    read = {name: tuple(c for path in paths if path.exists() for c in read_blind(path)) for name, paths in more.items()}
+    return {"open": read_open(), **{name: cases for name, cases in read.items() if cases}}
 
 
 def decided(cases: Sequence[Case]) -> list[Judged]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from llmbt_atl.library import Library
 from llmbt_compiler.asking.question import Asked, Slot
+from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing import LabelledStep
 from llmbt_compiler.parsing.ledger import Ledger
@@ -24,6 +25,7 @@ from llmbt_ir.semantic_map import SemanticMap
 __all__ = ["Edit", "choose", "edit_for", "edited"]
 
 _MOST = 300
+_SIDES = frozenset({"left", "right", "middle", "end", "leftmost", "rightmost", "corner"})
 _POLITE = frozenset({
     "please", "thanks", "thank", "yes", "ok", "okay", "sure", "i", "mean", "meant", "want", "take", "use", "choose",
     "would", "like", "think", "say", "go", "with", "be", "it", "is", "was", "should", "put", "in", "on", "onto", "to",
@@ -64,7 +66,10 @@ def choose(answer: str, asked: Asked, semantic_map: SemanticMap, library: Librar
         return asked.candidates
     scene = Scene(semantic_map, library)
     ids = _among(parts, line, asked.candidates, scene)
-    if not ids and not relations(parts) and not any(_turned(t) for t in parts):
+    told = [p.ids for p in meant_places(tokens(line), line, scene) if len(p.ids) == 1]
+    if not ids and len(told) == 1:
+        ids = told[0]  # "on level 2, the second position from the left"
+    if not ids and not relations(parts) and not any(_turned(t) or t.text in _SIDES for t in parts):
         named = [i for i in mentioned_in(line, scene) if i in asked.candidates]
         ids = tuple(named) if len(named) == 1 else ()
     either = len(ids) > 1 and "or" in texts

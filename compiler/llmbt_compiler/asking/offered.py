@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from llmbt_compiler.checking.phrases import meant_objects
 from llmbt_compiler.parsing.mentions import Mention, mentions_in
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
@@ -53,6 +54,9 @@ def offered(text: str, scene: Scene) -> tuple[tuple[str, ...], bool | None]:
     )
     marks = [i for i, t in enumerate(words) if t.text in _WHICH | {"where"}]
     question = _Question(words, named, next(iter(marks), None), scene)
+    told = _told_apart(question, text)
+    if told:
+        return told, True
     movable = _kind(question)
     if movable is None:
         return tuple(dict.fromkeys(m.id for m in named)), None
@@ -70,6 +74,20 @@ def offered(text: str, scene: Scene) -> tuple[tuple[str, ...], bool | None]:
     if len(whole) <= 1 and fits and scene[fits[0]].movable == movable:
         return fits, movable
     return whole, movable
+
+
+def _told_apart(q: _Question, text: str) -> tuple[str, ...]:
+    """ "The green one on position 12 or the yellow one on position 22": things that are told by where they stand."""
+    phrases = [m for m in meant_objects(q.words, text, q.scene) if len(m.ids) == 1 and not q.words[m.end - 1].digits]
+    for after in phrases:
+        if not after.start or q.words[after.start - 1].text != "or":
+            continue
+        begin = max((k for k in range(after.start) if q.words[k].text in _BREAKS), default=-1)
+        before = [m for m in phrases if begin < m.start < after.start]
+        beside = any(r.end >= m.start > r.start for r in relations(q.words) for m in (*before, after))
+        if before and not beside:
+            return tuple(dict.fromkeys(m.ids[0] for m in (*before, after)))
+    return ()
 
 
 def _kind(q: _Question) -> bool | None:

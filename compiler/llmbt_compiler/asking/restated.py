@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from llmbt_atl.library import Library
 from llmbt_compiler.asking.question import Asked
 from llmbt_compiler.checking.phrases import Meant, meant_objects
+from llmbt_compiler.checking.sides import shifts
 from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.scene import Scene
@@ -17,6 +18,7 @@ from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["restated"]
 
+_AT = frozenset({"on", "in", "at", "to", "onto", "into"})
 _FETCHING = frozenset({"bring", "fetch", "get", "give", "hand", "pass", "want", "like", "have", "gimme", "need"})
 
 
@@ -45,7 +47,13 @@ def restated(
             if relation.start not in inside:  # "... should stand to the left of object 2"
                 stop = words[max(name_end(words, relation), relation.end) - 1].end
                 yield f"Put {names} {line[words[relation.start].start : stop]}."
+        here = next((o.place for o in scene.map.objects if o.id == ids[0]), None)
+        for shift in shifts(words):  # "it should be one position further left"
+            place = shift.of(here, scene) if here is not None else None
+            if place is not None:
+                yield f"Put {names} on {place.replace('_', ' ')}."
         named = _places_named(rest, scene) or _who_asks(rest, scene)
+        named = tuple(p for p in named if len(named) == 1 or not scene.within(here, p))
         told = [p for p in places if p.start not in inside]
         if told:  # "at the right end of level 3"
             named = told[0].ids if len(told) == 1 else ()
@@ -73,6 +81,8 @@ def _who_asks(words: Sequence[Token], scene: Scene) -> tuple[str, ...]:
 def _places_named(words: Sequence[Token], scene: Scene) -> tuple[str, ...]:
     """The places that a request names by their own names, the innermost alone."""
     found = dict.fromkeys(m.id for m in mentions_in(words, scene) if not scene[m.id].movable)
+    numbers = [t.number for k, t in enumerate(words) if t.digits and k and words[k - 1].text in _AT]
+    found |= dict.fromkeys(p.id for p in scene.places if p.number in numbers and scene.single(p.id))
     return tuple(p for p in found if not any(o != p and scene.within(o, p) for o in found))
 
 
@@ -82,4 +92,9 @@ def _moved(words: Sequence[Token], objects: Sequence[Meant], places: Sequence[Me
     landmarks |= {k for p in places for k in range(p.start, p.end)}
     spans = [(m.start, m.end, m.ids) for m in objects if len(m.ids) == m.count]
     spans += [(m.start, m.end, (m.id,)) for m in mentions_in(words, scene) if scene[m.id].movable]
+    taken = {k for a, b, _ in spans for k in range(a, b)} | {k for m in objects for k in range(m.start, m.end)}
+    for k, t in enumerate(words):  # "red goes next to the yellow one"
+        ids = tuple(e.id for e in scene.objects if t.text in e.colour)
+        if k not in taken and len(ids) == 1:
+            spans.append((k, k + 1, ids))
     return tuple(dict.fromkeys(i for a, b, ids in spans if not landmarks & set(range(a, b)) for i in ids))

@@ -19,6 +19,11 @@ _CARRYING = frozenset({
 _MORE = frozenset({
     "open", "weigh", "butter", "photograph", "charge",
 })  # fmt: skip
+_SETTLING = frozenset({"fix", "repair"})
+_TURNING = frozenset({"turn", "rotate", "spin", "swivel", "twist", "flip", "tilt"})
+_WHOLE = frozenset({"round", "around", "over", "upside", "sideways", "degrees", "clockwise", "back", "label", "face"})
+_POINTING = frozenset({"it", "that", "this"})
+"""What is said before: "position 12 should have a block in it; fix that"."""
 _BEFORE = frozenset({"and", "then", "please", "also", "you", "just", "pls", "first", "to"})
 _MARKS = ENDS | {":", ","}
 _OBJECT = frozenset({
@@ -37,16 +42,27 @@ def unable(request: str, library: Library) -> Iterator[Diagnostic]:
     verbs = ((lexicon().verbs["other"] - _CARRYING) | _MORE) - known
     for i, t in enumerate(words[:-1]):
         switched = t.text in {"turn", "switch"} and words[i + 1].text in {"on", "off"}
+        turned = t.text in _TURNING and t.text not in known and _has_object(words, i)
         tidied = t.text == "clean" and words[i + 1].text == "up"
         has_object = t.text in verbs and words[i + 1].text in _OBJECT and not tidied
-        if (has_object or (switched and t.text not in known)) and _is_ordered(words, i):
+        settles = t.text in _SETTLING and words[i + 1].text in _POINTING
+        if settles:
+            continue
+        if (has_object or turned or (switched and t.text not in known)) and _is_ordered(words, i):
             can = ", ".join(t.name for t in library.templates.values() if t.verbs)
             title = f"the request asks to `{t.text}`, and nothing that the robot can do does that"
             yield Diagnostic("E144", title, span_of((t,), line), "cannot be done", f"it can {can}")
 
 
+def _has_object(words: Sequence[Token], i: int) -> bool:
+    """Whether something is turned: "turn the red one round", "rotate object 3 by ninety degrees"."""
+    _, stop = sentence_at(words, i)
+    return words[i + 1].text in _OBJECT and any(t.text in _WHOLE for t in words[i + 2 : stop])
+
+
 def _is_ordered(words: Sequence[Token], i: int) -> bool:
     begin, _ = sentence_at(words, i)
+    begin = max((k + 1 for k in range(begin, i) if words[k].text == ":"), default=begin)
     before = [t.text for t in words[begin:i]]
     if lexicon().function["negation"] & set(before) or lexicon().function["conditional"] & set(before):
         return False

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
-from llmbt_compiler.checking.sentences import ENDS, one_line, sentences, span_of
+from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.scene import Scene
@@ -25,6 +25,7 @@ _OTHERWISE = frozenset({
     "then", "after", "afterwards", "later", "first", "until", "or", "from", "swap", "exchange", "switch", "between",
     "respectively", "either", "if", "clear", "empty", "free", "via", "not", "starting", "where",
 })  # fmt: skip
+_EXCEPTING = frozenset({"but", "except", "apart", "besides", "else", "other", "than", "without"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,7 @@ def too_many(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, lib
         places = _places(words, begin, end, scene)
         yield from _in_two(words, line, named, places, scene)
         yield from _on_one(words, line, named, places, scene)
+        yield from _stacked(words, line, begin, end, named)
 
 
 def _full(
@@ -59,7 +61,7 @@ def _full(
 ) -> Iterator[Diagnostic]:
     """ "All six blocks on level 1", which has four positions."""
     moved = {g.condition.args[0] for g in goals if g.condition.name == "On"}
-    for phrase in phrases:
+    for phrase in (*phrases, *_everything(words, scene)):
         end = next((k for k in range(phrase.end, len(words)) if words[k].text in ENDS), len(words))
         to = next((k for k in range(phrase.end, end) if words[k].text in _ONTO), None)
         place, stop = place_named(words, to + 1, scene) if to is not None else (None, end)
@@ -72,6 +74,21 @@ def _full(
             label = f"{', '.join(stay)} stays there" if stay else "too many"
             span = span_of(words[phrase.start : stop], line)
             yield Diagnostic("E308", title, span, label, "take another place")
+
+
+def _everything(words: Sequence[Token], scene: Scene) -> Iterator[Meant]:
+    """ "Everything from the sorting area": all that stands there, or all there is."""
+    for i, t in enumerate(words):
+        begin, end = sentence_at(words, i)
+        said = {w.text for w in words[begin:end]}
+        if t.text != "everything" or said & _EXCEPTING or lexicon().function["negation"] & said:
+            continue
+        there = i + 1 < end and words[i + 1].text in {"from", "on", "in", "off", "thats"}
+        place, stop = place_named(words, i + 2, scene) if there else (None, i + 1)
+        ids = tuple(o.id for o in scene.map.objects if place is None or scene.within(o.place, place))
+        onto = there and place is not None and not any(w.text in _ONTO for w in words[stop:end])
+        if ids and (place is not None or not there) and not onto:
+            yield Meant(i, stop, ids, len(ids))
 
 
 def _in_two(
@@ -100,6 +117,16 @@ def _on_one(
         title = f"{places[0].ids[0]} takes one thing at a time, and the request wants {', '.join(ids)} there"
         span = span_of(words[named[0].start : places[0].end], line)
         yield Diagnostic("E308", title, span, "too many", "take another place")
+
+
+def _stacked(words: Sequence[Token], line: str, begin: int, end: int, named: Sequence[_Named]) -> Iterator[Diagnostic]:
+    """ "Stack object 5 on object 6": nothing stands on a thing."""
+    verb = next((k for k in range(begin, end) if words[k].text in {"stack", "stacked", "pile"}), None)
+    for a, b in pairwise(named) if verb is not None else ():
+        between = [t.text for t in words[a.end : b.start] if not lexicon().is_(t.text, "articles")]
+        if between in (["on"], ["onto"], ["upon"], ["atop"]) and a.start > (verb or 0) and len(b.ids) == 1:
+            title = f"the request wants a thing on {b.ids[0]}, and things stand on places alone"
+            yield Diagnostic("E308", title, span_of(words[a.start : b.end], line), "no place", "name a place")
 
 
 def _objects(

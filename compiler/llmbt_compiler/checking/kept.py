@@ -22,6 +22,7 @@ __all__ = ["moved_all_the_same"]
 _STAYING = frozenset({"stay", "stays", "remain", "remains", "staying", "remaining"})
 _KEEPING = frozenset({"keep", "keeps", "leave", "leaves", "leaving", "keeping"})
 _TOUCHING = frozenset({"touch", "move", "moving", "touching", "moved", "touched", "moves", "budge", "shift", "disturb"})
+_TOUCHED = frozenset({"moved", "touched", "disturbed", "shifted", "budge", "move"})
 _NOT = frozenset(
     {"not", "dont", "doesnt", "never", "without", "cannot", "cant", "mustnt", "longer", "shouldnt", "wont", "isnt"}
 )
@@ -118,6 +119,8 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
             elif t.text in {"move", "moves", "moved", "budge"}:
                 subject, start = _subject(words, i, begin, line, scene, where, pointed=False)
                 yield _Kept(subject, start, i + 1)
+        elif t.text in _TOUCHED and (found := _nothing_on(words, begin, i, scene, where)):
+            yield _Kept(found, begin, i + 1)
         elif t.text in {"leave", "leaves"} and any(w.text in _NOT for w in words[max(begin, i - 2) : i]):
             place, stop = _place(words, i, end, scene)
             subject, start = _subject(words, i, begin, line, scene, where, pointed=False)
@@ -132,6 +135,17 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
                 yield _Kept(found, i, end, place)
             elif found and ("where" in after or "alone" in after or "untouched" in after):
                 yield _Kept(found, i, end)
+
+
+def _nothing_on(
+    words: Sequence[Token], begin: int, i: int, scene: Scene, where: dict[str, str | None]
+) -> tuple[str, ...]:
+    """ "Nothing that's on the shelf now may be moved", "none of the things on level 2 must be touched"."""
+    none = next((k for k in range(i - 1, begin - 1, -1) if words[k].text in {"nothing", "none"}), None)
+    if none is None:
+        return ()
+    places = [m.id for m in mentions_in(words, scene) if none < m.start < i and not scene[m.id].movable]
+    return tuple(o for o, p in where.items() if len(places) == 1 and scene.within(p, places[0]))
 
 
 def _place(words: Sequence[Token], at: int, end: int, scene: Scene) -> tuple[str | None, int]:
@@ -197,6 +211,15 @@ def _pointed(
     if not any(t.text in {"there", "thats", "already"} for t in words[end : end + 5]):
         return ()
     places = [m.id for m in mentions_in(words[:start], scene) if not scene[m.id].movable]
+    places += [i for k in range(1, start) for i in _bare(words, k, scene)]
     at = places[-1] if places else None
     there = tuple(i for i in ids if at is not None and scene.within(where.get(i), at))
     return there if len(there) == 1 else ()
+
+
+def _bare(words: Sequence[Token], k: int, scene: Scene) -> tuple[str, ...]:
+    """ "On 12": the one place with this number."""
+    if not words[k].digits or words[k - 1].text not in _ONTO:
+        return ()
+    found = tuple(p.id for p in scene.places if p.number == words[k].number)
+    return found if len(found) == 1 else ()

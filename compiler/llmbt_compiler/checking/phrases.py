@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import takewhile
 
 from llmbt_compiler.checking.comparisons import comparison
+from llmbt_compiler.checking.sentences import sentence_at
+from llmbt_compiler.checking.telling import hearsay, uncheckable
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Fault, Found, Talk
@@ -16,11 +18,11 @@ from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import Ranked, rank_of, relations, side_of
 from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.space.world import World
-from llmbt_compiler.parsing.words import Token, lexicon
+from llmbt_compiler.parsing.words import Token, lexicon, singulars
 
-__all__ = ["Meant", "landmark", "meant_objects", "place_named"]
+__all__ = ["MASS", "Meant", "landmark", "meant_objects", "place_named"]
 
-_POINTING = frozenset({"the", "that", "this", "my", "your"})
+_POINTING = frozenset({"the", "that", "this", "my", "your", "her", "his", "our", "their"})
 _INDEFINITE = frozenset({"a", "an", "some", "one"})
 _EXACTLY = frozenset({"the", "all", "these", "those", "both"})
 _TELLING = frozenset({
@@ -32,20 +34,43 @@ _TELLING = frozenset({
 _STANDING = frozenset({
     "that", "which", "is", "are", "thats", "whats", "stands", "standing", "right", "directly", "just",
     "lies", "lying", "sits", "sitting", "currently", "now", "still",
-    "located", "stored", "placed", "already", "what",
+    "located", "stored", "placed", "already", "what", "waiting", "kept", "resting", "parked", "sat",
 })  # fmt: skip
 _CLAUSE = frozenset({
     "that", "which", "thats", "whats", "stands", "standing", "lies", "lying", "sits", "sitting", "currently", "now",
     "located", "stored", "placed", "already", "from", "off",
 })  # fmt: skip
 """Words after a noun that say where a thing is, and not where it is to go."""
+_MODAL = frozenset({"must", "should", "has", "needs", "ought", "goes", "shall", "may", "can", "will", "belongs"})
 _AT = frozenset({"on", "in", "at", "from", "of", "off"})
 _ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then", "over"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "next", "beside", "between", "above", "below"})
-_MASS = frozenset({"cargo", "good", "everything"})
+MASS = frozenset({"cargo", "good", "everything"})
 _PUTTING = frozenset({"put", "place", "set", "move", "lay", "position", "stand", "shift", "drop", "stow", "store"})
 _FETCHING = frozenset({"pick", "take", "bring", "get", "fetch", "grab", "give", "hand", "want", "need", "collect"})
 _OPENING = frozenset({".", ",", ";", ":", "!", "?", "and", "then"})
+_OTHERS = frozenset({"they", "theyre", "she", "shes", "he", "hes", "theyve", "theyll", "somebody", "someone"})
+"""Who else wants or does something: what is said of them orders nothing."""
+_EVERY = frozenset(
+    tuple(p.split())
+    for p in (
+        "you have", "we have", "i have", "you own", "we own", "youve got", "weve got", "ive got", "you can find",
+        "you can see", "there is", "available", "of all", "of them all", "of the lot", "of the whole lot", "of them",
+        "in the scene", "on the map", "around",
+    )
+)  # fmt: skip
+_NOUNS = frozenset({
+    "one", "ones", "pair", "couple", "neighbour", "neighbor", "trio", "half", "side", "part", "kind", "sort", "lot",
+    "already", "there", "friend", "twin", "brother",
+})  # fmt: skip
+"""Words after a colour by which it is no noun, or told by more."""
+_VAGUE = frozenset(
+    tuple(p.split())
+    for p in (
+        "a few", "some", "several", "a couple of", "a handful of", "most of", "half of", "half", "a bunch of",
+        "many of", "one or two", "two or three", "a pair of", "part of", "a number of",
+    )
+)  # fmt: skip
 _USES = {"drink": "drink", "eat": "food", "snack": "snack"}
 _LONGEST = 5
 
@@ -54,7 +79,7 @@ _LONGEST = 5
 class Meant:
     """A phrase, words[start:end], and all the things that it fits. `count`: of how many of them it speaks (0: of all);
     `exactly`: it says that there are no more ("both", "all three"); `stop`: where a clause ends that tells more of it
-    ("that's on the shelf"), or 0."""
+    ("that's on the shelf"), or 0; `vague`: of how many it speaks is not said ("a few of the greens")."""
 
     start: int
     end: int
@@ -62,6 +87,7 @@ class Meant:
     count: int = 1
     exactly: bool = False
     stop: int = 0
+    vague: bool = False
 
     @property
     def many(self) -> bool:
@@ -74,15 +100,30 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
     the objects that it fits; none where what stands after it may tell more than is understood here."""
     where = {o.id: o.place for o in scene.map.objects}
     before: set[str] = set()
+    single: set[str] = set()
     earlier = _pointed_at(words, scene, where)
+    group: tuple[str, ...] = ()
     for i, t in enumerate(words):
         before |= earlier.get(i, set())
-        found = _several(words, i, scene, where) or _something(words, i, scene) or _colour_alone(words, i, scene)
+        found = (
+            _several(words, i, scene, where)
+            or _some_of(words, i, scene, where)
+            or _something(words, i, scene)
+            or _something_compared(words, i, line, scene, where)
+            or _told_alone(words, i, scene)
+            or _one_there(words, i, scene, where, group)
+            or _colour_alone(words, i, scene)
+        )
         if found is not None:
             before |= set(found.ids)
+            group = found.ids if len(found.ids) == found.count else group
             yield found
             continue
         if i and words[i - 1].text in {"any", "either"}:
+            continue
+        other = _other(words, i, single, scene)
+        if other is not None:
+            yield other
             continue
         end = _noun(words, i, scene) if t.text in _POINTING | _INDEFINITE else 0
         if end:
@@ -92,7 +133,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
                 continue
             found = (
                 found
-                or _ranked(words, i + 1, end, line, scene, where)
+                or _ranked(words, i + 1, end, line, scene, where, group)
                 or _related(words, i + 1, end, line, scene, where)
                 or _plain(words, i + 1, end, scene, where)
             )
@@ -102,6 +143,21 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
         if found is not None and found.ids and not (t.text in {"that", "this"} and before & set(found.ids)):
             yield replace(found, start=i)
             before |= set(found.ids)
+            single |= set(found.ids) if len(found.ids) == 1 else set()
+
+
+def _other(words: Sequence[Token], i: int, single: set[str], scene: Scene) -> Meant | None:
+    """ "The other green one", where one of them has been named before: what is left of them."""
+    if [t.text for t in words[i : i + 2]] != ["the", "other"] or i + 2 >= len(words):
+        return None
+    end = _noun((*words[: i + 1], *words[i + 2 :]), i, scene)
+    phrase = [t for t in words[i + 2 : end + 1] if t.text != "one"] if end else []
+    if not phrase or any(t.text in lexicon().sizes or t.text in lexicon().ordinals for t in phrase):
+        return None
+    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    left = tuple(o for o in found.ids if o not in single) if isinstance(found, Found) else ()
+    known = isinstance(found, Found) and single & set(found.ids)
+    return Meant(i, end + 1, left) if known and left and not _tells(words, end + 1, scene) else None
 
 
 def _pointed_at(words: Sequence[Token], scene: Scene, where: dict[str, str | None]) -> dict[int, set[str]]:
@@ -129,7 +185,7 @@ def landmark(words: Sequence[Token], at: int, scene: Scene) -> Meant | None:
     named = next((m for m in mentions_in(words[at:], scene) if m.start <= int(words[at].text in _POINTING)), None)
     if named is not None:
         return Meant(at, at + named.end, (named.id,))
-    several = _several(words, at, scene, where)
+    several = _several(words, at, scene, where) or _one_there(words, at, scene, where)
     if several is not None:
         return several
     end = _noun(words, at, scene) if words[at].text in _POINTING | _INDEFINITE else 0
@@ -157,6 +213,30 @@ def _something(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
     return Meant(i, end, tuple(sorted(ids, key=natural))) if ids else None
 
 
+def _something_compared(
+    words: Sequence[Token], i: int, line: str, scene: Scene, where: dict[str, str | None]
+) -> Meant | None:
+    """ "Something bigger than object 1", "one that's smaller than the red"."""
+    if words[i].text not in {"something", "one"} or (words[i].text == "one" and i and words[i - 1].text != ","):
+        return None
+    found = _compared(words, i + 1, i + 1, line, scene, where)
+    return replace(found, start=i) if found is not None and found.ids else None
+
+
+def _told_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
+    """ "The one that Marta wants", "whatever Tom ordered": it may be anything."""
+    one = words[i].text in _POINTING and [t.text for t in words[i + 1 : i + 2]] == ["one"]
+    any_ = words[i].text in {"whatever", "what"} and i + 1 < len(words) and words[i + 1].text != "you"
+    end = i + 2 if one else i + 1
+    before = words[:i]
+    named = any(scene[m.id].movable for m in mentions_in(before, scene))
+    if not (one or any_) or named or any(t.text in scene.colours for t in before):
+        return None
+    if not uncheckable(words, end, scene, opened=any_):
+        return None
+    return Meant(i, end, tuple(sorted((e.id for e in scene.objects), key=natural)))
+
+
 def _colour_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
     """ "Yellow on position 14": one thing of that colour, since one position is named."""
     before = words[i - 1].text if i else "."
@@ -173,7 +253,10 @@ def _colour_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
 
 def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
     """ "Two of the green blocks", "both yellow ones", "all three drinks"."""
-    if i and (words[i - 1].text in _EXACTLY or _numbers(words[i - 1], scene)):
+    before = words[i - 1] if i else None
+    if before is not None and (
+        before.text in _EXACTLY | {"any"} or before.text in lexicon().sizes or _numbers(before, scene)
+    ):
         return None
     j, exactly, count = i, False, None
     while j < len(words) and (words[j].text in _EXACTLY or words[j].text in {"exactly", "just", "only", "any"}):
@@ -200,7 +283,7 @@ def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str 
         return None
     if not phrase or rank_of(words, j, end) is not None:
         return None
-    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    found = _all_of(phrase, scene, where)
     if not isinstance(found, Found) or found.corrected:
         return None
     ids, stop = _there(words, end, found.ids, scene, where)
@@ -211,6 +294,37 @@ def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str 
     if listed and scene.word(phrase[0], True).text in lexicon().anything:
         return None  # "three things: the bread, the milk and the apple"
     return Meant(i, stop, ids, count, exactly)
+
+
+def _some_of(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
+    """ "A few of these blocks", "some of the greens", "a couple of drinks": which, and how many?"""
+    said = [t.text for t in words[i : i + 4]]
+    size = max((len(p) for p in _VAGUE if tuple(said[: len(p)]) == p), default=0)
+    j = i + size
+    while size and j < len(words) and words[j].text in {"of", "the", "these", "those", "my", "our", "more"}:
+        j += 1
+    end = next((k + 1 for k in range(j, min(len(words), j + 3)) if _plural(words[k], scene)), 0) if size else 0
+    phrase = [t for t in words[j:end] if t.text != "ones"]
+    if not phrase or any(not t.word for t in phrase) or rank_of(words, j, end) is not None:
+        return None
+    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    if not isinstance(found, Found) or found.corrected:
+        return None
+    ids, stop = _there(words, end, found.ids, scene, where)
+    return Meant(i, stop, ids, 0, vague=True)
+
+
+def _one_there(
+    words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None], group: Sequence[str] = ()
+) -> Meant | None:
+    """ "The one on level 1", "that one in the sorting area": what stands there, of those named before."""
+    if words[i].text not in _POINTING or [t.text for t in words[i + 1 : i + 2]] != ["one"]:
+        return None
+    ids, stop = _there(words, i + 2, [e.id for e in scene.objects], scene, where)
+    if stop == i + 2 or _puts(words, i) or _tells(words, stop, scene):
+        return None
+    named = {o for t in words[:i] for o in where if t.text in scene[o].colour} if not group else set(group)
+    return Meant(i, stop, tuple(o for o in ids if o in named) or tuple(ids), stop=stop)
 
 
 def _plural(t: Token, scene: Scene) -> bool:
@@ -244,21 +358,40 @@ def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:
             return 0
         if t.text in lexicon().ordinals or t.text in lexicon().sizes or rank_of((t,), 0, 1) is not None:
             continue
+        if hearsay(words, j, scene):
+            continue
         word = scene.word(t, True)
-        if not word.text or word.corrected or word.text in _MASS:
+        if not word.text or word.corrected or word.text in MASS:
             return 0
-        if word.text not in scene.colours:
+        if word.text in scene.colours:
+            if _is_all(t, after, word.plural, scene):
+                return j + 1
+        else:
             if after is not None and after.text == "of" and word.text in lexicon().objects:
                 return 0  # "the piece of furniture"
             return 0 if word.plural or (after is not None and after.number is not None) else j + 1
     return 0
 
 
+def _is_all(colour: Token, after: Token | None, plural: bool, scene: Scene) -> bool:
+    """Whether a colour is a noun itself: "the yellow, please", "smallest green and the red"."""
+    if plural or colour.owner:
+        return False
+    if after is None or not (after.word or after.number is not None):
+        return True
+    if lexicon().is_(after.text, "joints", "at", "onto", "from"):
+        return True
+    noun = any(scene.word(after, m).text for m in (True, False)) or after.text in _NOUNS
+    forms = {*singulars(after.text)}
+    noun = noun or any(forms & g for g in (*lexicon().groups, *map(frozenset, lexicon().shapes.values())))
+    return not (noun or after.text in lexicon().ordinals or after.text in lexicon().sizes or after.digits)
+
+
 def _compared(
     words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
 ) -> Meant | None:
     """ "The block that is smaller than object 1": what compares so with one thing that is named, or nothing."""
-    begin = end
+    begin = end + 2 * ([t.text for t in words[end : end + 2]] == [",", "one"])
     while begin < len(words) and words[begin].text in _STANDING:
         begin += 1
     of = comparison(words, begin)
@@ -290,10 +423,17 @@ def _clause(words: Sequence[Token], at: int) -> bool:
 
 
 def _ranked(
-    words: Sequence[Token], start: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
+    words: Sequence[Token],
+    start: int,
+    end: int,
+    line: str,
+    scene: Scene,
+    where: dict[str, str | None],
+    group: Sequence[str] = (),
 ) -> Meant | None:
-    """ "The second largest block", "the yellow block at the back": what has the rank, all of a tie."""
-    of = rank_of(words, start, end) or _side(words, start, end, scene, where)
+    """ "The second largest block", "the yellow block at the back": what has the rank, all of a tie. "The middle one" is
+    one of the `group` that was named before."""
+    of = rank_of(words, start, end) or _of_one(words, start, end) or _side(words, start, end, scene, where)
     if of is None:
         return None
     if (
@@ -303,15 +443,38 @@ def _ranked(
     ):
         return None  # "put the red block on the right": it says where to
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
-    pool = world.every(of.core, True)
+    core = [t for t in of.core if t.text != "one"]
+    if not core and not group and _of_some(words, start, of.stop, scene):
+        return Meant(start, of.stop, ())
+    pool = world.every(core, True) if core else (tuple(group) or tuple(e.id for e in scene.objects),)
     if isinstance(pool, Fault):
         return Meant(start, of.stop, ())
-    ids, stop = _there(words, of.stop, pool[0], scene, where)
+    ids, stop = _there(words, _all_there_is(words, of.stop), pool[0], scene, where)
     if not ids or _tells(words, stop, scene):
         return Meant(start, stop, ())
-    found = world.ranked(of, True, ids, words[start : of.stop], False)
+    found = world.ranked(replace(of, core=tuple(core)), True, ids, words[start : of.stop], False)
     hit = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
     return Meant(start, of.stop, hit)
+
+
+def _of_one(words: Sequence[Token], start: int, end: int) -> Ranked | None:
+    """ "The biggest one": its "one" counts nothing."""
+    of = rank_of(words, start, end - 1) if words[end - 1].text == "one" and end - 1 > start else None
+    return replace(of, stop=end) if of is not None and of.stop == end - 1 else None
+
+
+def _of_some(words: Sequence[Token], start: int, stop: int, scene: Scene) -> bool:
+    """Whether "the bigger one" is one of things that are named elsewhere: "of the greens", "one of the two"."""
+    two = any(t.text.endswith("er") for t in words[start:stop])
+    of = stop < len(words) and words[stop].text == "of"
+    pair = any(t.text == "pair" or (t.word and len(t.text) > 3 and _plural(t, scene)) for t in words[:start])
+    return two or of or pair
+
+
+def _all_there_is(words: Sequence[Token], at: int) -> int:
+    """Where words end that take nothing away: "the biggest block (you have, there is, of all)"."""
+    said = [t.text for t in words[at : at + 4]]
+    return at + max((len(p) for p in _EVERY if tuple(said[: len(p)]) == p), default=0)
 
 
 def _side(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Ranked | None:
@@ -356,25 +519,32 @@ def _related(
 def _goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
     """Whether another place is named after a relation, or the verb before it puts nothing anywhere."""
     after = list(takewhile(lambda t: t.text not in {".", ";", "!", "?"}, words[stop:]))
-    said = [t.text for t in words[:start] if t.text in _PUTTING or t.text in _FETCHING]
-    return any(t.text in _ONTO for t in after) or bool(said and said[-1] in _FETCHING)
+    said = _verbs(words[:start])
+    others = any(t.text in _OTHERS for t in words[sentence_at(words, start)[0] : start])
+    return any(t.text in _ONTO for t in after) or bool(said and said[-1] in _FETCHING) or others
 
 
 def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
-    phrase = [t for t in words[start:end] if t.text != "one"]
+    felt = [t for k, t in enumerate(words[start:end], start) if hearsay(words, k, scene)]
+    phrase = [t for t in words[start:end] if t.text != "one" and t not in felt]
+    named = mentions_in(words[:start], scene) or any(t.text in scene.colours for t in words[:start])
+    if not phrase and felt and not named:
+        phrase = [Token("object", words[start].start, words[start].start)]
     if not phrase or _parenthesis(words, end):
         return None
     if any(t.text in lexicon().sizes for t in phrase):  # "the big yellow block", of two
+        most = _most(phrase, words, start, end, scene, where)
+        if most:
+            return Meant(start, end, most)
         sized = resolve_objects(phrase, scene, Talk())
         plain = isinstance(sized, Found) and not sized.chosen
         return Meant(start, end, sized.ids) if plain and isinstance(sized, Found) else None
     if any(t.text in lexicon().ordinals or t.text in _TELLING for t in phrase):
         return None
-    every = (Token("all", phrase[0].start, phrase[0].start), *phrase)
-    found = resolve_objects(every, scene, Talk())
+    found = _all_of(phrase, scene, where)
     if not isinstance(found, Found):
         return None
-    ids, stop = _there(words, end, found.ids, scene, where)
+    ids, stop = _there(words, end, _from_before(words, start, found.ids, scene, where), scene, where)
     told = stop if stop > end and _clause(words, end) else 0
     if stop > end and not told and _puts(words, start) and not _goes_on(words, start, stop):
         ids = found.ids  # "put the green block on the shelf": it says where to
@@ -383,12 +553,60 @@ def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: di
     return None if _tells(words, stop, scene) else Meant(start, end, ids, stop=told)
 
 
+def _most(
+    phrase: Sequence[Token], words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]
+) -> tuple[str, ...]:
+    """ "The large block", of several sizes: the largest, all of a tie; none where it is said by more than that."""
+    sizes = [t for t in phrase if t.text in lexicon().sizes]
+    core = tuple(t for t in phrase if t not in sizes)
+    end_of = {"large": "large", "big": "large", "small": "small", "little": "small", "tiny": "small"}
+    if len(sizes) != 1 or sizes[0].text not in end_of or _tells(words, end, scene):
+        return ()
+    world = World(scene, Ledger(dict(where)), where, Talk(where), "")
+    pool = world.every(core, True) if core else (tuple(e.id for e in scene.objects), False)
+    if isinstance(pool, Fault) or len(pool[0]) < 2:
+        return ()
+    ids, _ = _there(words, end, pool[0], scene, where)
+    found = world.ranked(Ranked(core, end_of[sizes[0].text], 1, end), True, ids, words[start:end], False)
+    return found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
+
+
+def _from_before(
+    words: Sequence[Token], start: int, ids: Sequence[str], scene: Scene, where: dict[str, str | None]
+) -> tuple[str, ...]:
+    """ "From the bar, take the box": of those, what stands there."""
+    begin = sentence_at(words, start)[0]
+    led = begin < start and words[begin].text in {"from", "off"}
+    place = place_named(words, begin + 1, scene)[0] if led else None
+    there = tuple(i for i in ids if place is not None and scene.within(where.get(i), place))
+    return there or tuple(ids)
+
+
+def _all_of(phrase: Sequence[Token], scene: Scene, where: dict[str, str | None]) -> Found | Fault:
+    """All that a noun phrase fits; a place before the noun tells where it stands ("the shelf blocks")."""
+    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    place = resolve_places(phrase[:-1], scene, Talk()) if isinstance(found, Fault) and len(phrase) > 1 else None
+    if not isinstance(place, Found) or len(place.ids) != 1 or place.ids[0] not in {p.id for p in scene.places}:
+        return found
+    all_ = resolve_objects((Token("all", phrase[-1].start, phrase[-1].start), phrase[-1]), scene, Talk())
+    if not isinstance(all_, Found):
+        return all_
+    there = tuple(o for o in all_.ids if scene.within(where.get(o), place.ids[0]))
+    return replace(all_, ids=there) if there else found
+
+
 def _puts(words: Sequence[Token], start: int) -> bool:
     """Whether the last verb before a phrase puts it somewhere, and not something else next to it."""
     if any(start - 2 < r.end <= start for r in relations(words)):
         return False
-    said = [t.text for t in words[:start] if t.text in _PUTTING or t.text in _FETCHING]
+    said = _verbs(words[:start])
     return bool(said) and said[-1] in _PUTTING
+
+
+def _verbs(words: Sequence[Token]) -> list[str]:
+    """The verbs that put or fetch; "position 12" has none."""
+    after = [*(t.number for t in words[1:]), None]
+    return [t.text for t, n in zip(words, after, strict=False) if n is None and t.text in _PUTTING | _FETCHING]
 
 
 def _elsewhere(words: Sequence[Token], end: int, scene: Scene) -> bool:
@@ -435,12 +653,14 @@ def place_named(words: Sequence[Token], at: int, scene: Scene) -> tuple[str | No
 
 def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     """Whether what stands right after a phrase may tell which one is meant, in words that are not understood here."""
-    if at >= len(words) or words[at].text not in _TELLING:
+    if at >= len(words) or words[at].text not in _TELLING or uncheckable(words, at, scene):
         return False
     if words[at].text == "with":  # "swap the red block with the white one"
         return not (at + 1 < len(words) and words[at + 1].text in _POINTING and _noun(words, at + 1, scene))
     if any(r.start == at for r in relations(words)):
         return False  # it says where to
+    if words[at].text in {"that", "which"} and at + 1 < len(words) and words[at + 1].text in _MODAL:
+        return False  # "the green one that must go to level 2"
     if words[at].text == "in":  # "in the sorting area", which is a destination; "in front", which tells
         return at + 1 < len(words) and words[at + 1].text in {"front", "between"}
     return words[at].text != "over"

@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise, takewhile
 
 from llmbt_atl.library import Library
+from llmbt_compiler.checking.doubts import doubted
 from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
-from llmbt_compiler.checking.sentences import ENDS, one_line, sentences, span_of
+from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
+from llmbt_compiler.checking.sides import beside, shifts
 from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.parsing import Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
@@ -23,12 +25,12 @@ from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.space.reading import name_end
-from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lexicon, singulars, tokens
 from llmbt_ir.diagnostics import Diagnostic, Severity
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["OpenPoint", "open_points"]
+__all__ = ["VERBS", "OpenPoint", "lacking", "left_open", "open_points"]
 
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
@@ -37,27 +39,33 @@ _LEAVING = frozenset({
 })  # fmt: skip
 _MOVING = frozenset({"move", "put", "place", "shift", "relocate", "transfer", "stow", "remove"})
 _TAKING = frozenset({"take", "bring", "get", "fetch", "give", "hand", "grab", "pick", "carry", "set"})
-_ONTO = frozenset({"on", "onto", "in", "into", "to", "at", "under", "inside", "towards"})
+VERBS = _MOVING | _TAKING
+"""What begins an order that brings something somewhere."""
+_MUST = frozenset({"has", "must", "should", "goes", "belongs", "needs", "ought"})
+_ABOUT = frozenset({"that", "which", "you", "i", "we", "with", "one", "people", "everybody", "everyone", "they", "for"})
 _STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "lies", "lying", "sits", "sitting"})
 _AT = frozenset({"on", "in", "at"})
-_WAYS = frozenset({
-    "there", "here", "back", "aside", "together", "apart", "swap", "exchange", "switch", "order", "row", "line", "sort",
-    "arrange", "up", "down", "out", "me", "us", "him", "her", "where",
-    "higher", "forward", "forwards", "backward", "backwards", "upwards", "downwards", "free", "empty",
-    "clear", "over", "off", "original",
-})  # fmt: skip
 _LEFT_OPEN = re.compile(
     r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"
     r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
     r"|as you (?:like|please|wish)"
     r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them"
-    r"|all the same|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
+    r"|all the same|either of (?:\w+ ){1,6}(?:will|would|can|is|goes)"
+    r"|(?:am |['’]m )?not (?:fussy|fussed|bothered|picky)"
+    r"|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
     r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)"
     r"|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
     r"(?P<what>(?:\W+\w+){0,3})",
     re.IGNORECASE,
 )
 """Says that any of them will do."""
+_CORRECTED = re.compile(
+    r"\b(?:i meant?|scratch that|make (?:that|it)|no,? (?:sorry|wait|hang on|hold on)|sorry,? (?:no|not)|correction"
+    r"|on second thoughts?|or rather|strike that|changed my mind)\b",
+    re.IGNORECASE,
+)
+"""Takes something back that was said before."""
+_NOT = frozenset({"isnt", "arent", "wasnt", "werent", "doesnt", "dont", "didnt", "hasnt", "wont", "cant"})
 _TURNING = ("negation", "except", "instead", "conditional")
 _HUES = frozenset({*COLOURS, "gray", "violet", "cyan", "magenta", "turquoise", "gold", "golden"}) - {"wood"}
 
@@ -83,27 +91,42 @@ def open_points(
     return (
         *_misplaced(words, line, parsed, scene),
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
+        *_beyond(words, line, parsed.goals, scene),
         *_spots(words, line, parsed.goals, scene),
         *_pronouns(words, line, parsed.goals, scene),
-        *_passed_over(words, line, parsed, scene),
+        *_passed_over(words, line, parsed, scene, frozenset(mentioned_in(said, scene))),
         *_relations(words, line, parsed),
-        *_nowhere(words, line, parsed.goals, scene),
+        *_doubted(words, line, parsed.goals, scene),
     )
 
 
-def _passed_over(words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene) -> Iterator[OpenPoint]:
+def lacking(request: str, semantic_map: SemanticMap, library: Library) -> OpenPoint | None:
+    """The first thing that the request names and the scene lacks, whatever is made of it: too few of a kind, a number,
+    a colour, what is not where the request has it."""
+    scene = Scene(semantic_map, library)
+    line = one_line(request)
+    words = tokens(line)
+    points = (*_misplaced(words, line, ParseResult(), scene), *_points(words, line, (), scene, frozenset()))
+    return next((p for p in points if p.diagnostic.code == "E142"), None)
+
+
+def _passed_over(
+    words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene, said: frozenset[str]
+) -> Iterator[OpenPoint]:
     """Objects by their numbers or names, numbered places where nothing stands yet, and colours, that the request names
-    and the goals leave out; not where it may name them for another reason: as landmarks, in a condition, to be left
-    alone."""
-    if any(t.text in _LEAVING or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
+    and the goals and the steps leave out; not where it may name them for another reason: as landmarks, in a condition,
+    to be left alone."""
+    if any(t.text in _LEAVING | _NOT or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
+        return
+    if _CORRECTED.search(request) is not None:
         return
     landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
-    about = {a for g in parsed.goals for a in g.condition.args}
+    about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
     about |= {i for m in parsed.moves for i in (m.target, m.place)}
     for start, end, ids in _mentions(words, scene):
         if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
-            said = request[words[start].start : words[end - 1].end]
-            title = f"the request names `{said}`, and the reply passes over it"
+            named = request[words[start].start : words[end - 1].end]
+            title = f"the request names `{named}`, and the reply passes over it"
             yield OpenPoint(
                 Diagnostic("E143", title, span_of(words[start:end], request), "no goal is about it",
                            "say it again in other words, or leave it out", candidates=ids[:6])
@@ -151,36 +174,16 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
         yield OpenPoint(told, place)
 
 
-def _nowhere(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
-    """A request that moves something and has no word for where to."""
-    away = any(t.text == "away" for t in words)
-    verbs = [i for i, t in enumerate(words) if t.text in _MOVING or (away and t.text in _TAKING)]
-    placed = [g.condition for g in goals if g.condition.name == "On" and not g.condition.negated]
-    if not verbs or not placed or any(_leads(words, i, scene) for i in range(len(words))):
-        return
-    places = dict.fromkeys(c.args[1] for c in placed)
-    taken = next(iter(places)) if len(placed) == 1 else None
-    title = f"where is {placed[0].args[0]} to go? the reply takes {', '.join(places)} without asking"
-    span = span_of(words[verbs[0] :], request)
-    yield OpenPoint(Diagnostic("E305", title, span, "no place is named", "name the place"), taken)
-
-
-def _leads(words: Sequence[Token], i: int, scene: Scene) -> bool:
-    """Whether a word may say where to: a place, a person, a way, an order, a number, or what stands after "in the"."""
-    t, lex = words[i], lexicon()
-    if t.text in scene.colours or lex.is_(t.text, "articles"):
-        return False
-    if t.number is not None and t.text != "one":
-        return True
-    after = words[i + 1] if i + 1 < len(words) else None
-    if t.text in _ONTO and [w.text for w in words[i + 1 : i + 3]] in (["my", "way"], ["the", "way"], ["our", "way"]):
-        return False
-    if t.text in _ONTO and after is not None and after.word and not (t.text == "to" and after.text in _MOVING):
-        return t.text not in {"to", "for"} or not lex.is_(after.text, "me") or after.text in {"me", "us"}
-    if t.text in _WAYS or lex.is_(t.text, "users", "relations", "rest", "same", "top", "bottom", "middle"):
-        return True
-    place = scene.word(t, False)
-    return bool(place.text) and not place.corrected and not scene.word(t, True).text
+def _doubted(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+    """ "Up to 31. Or was it 33?": two of a kind, and the user does not know which."""
+    about = {a for g in goals for a in g.condition.args}
+    for i, pair in doubted(words, request, scene):
+        hit = {id_: [a for a in about if a == id_ or (not scene[id_].movable and scene.within(a, id_))] for id_ in pair}
+        taken = [id_ for id_ in pair if hit[id_]]
+        if len(taken) == 1:
+            what = "objects" if scene[pair[0]].movable else "places"
+            told = _several(words[i : i + 1], request, pair, taken, what)
+            yield OpenPoint(told, hit[taken[0]][0] if len(hit[taken[0]]) == 1 else None)
 
 
 def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
@@ -190,10 +193,11 @@ def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene
     phrases = list(meant_objects(words, request, scene))
     for before, (a, b) in pairwise(said_in):
         it = next(
-            (i for i in range(a + 1, b) if words[i].text == "it" and words[i - 1].text in _MOVING | _TAKING), None
+            (i for i in range(a, b) if words[i].text == "it" and (_ordered(words, i - 1) or _ordered(words, i + 1))),
+            None,
         )
         told = [t.text for t in words[before[0] : before[1]]]
-        if it is None or set(told) & (_MOVING | _TAKING) or "and" not in told:
+        if it is None or set(told) & VERBS or "and" not in told:
             continue
         marks = {k for r in relations(words) for k in range(r.end, name_end(words, r))}
         named = [(m.start, m.id) for m in mentions_in(words, scene) if scene[m.id].movable]
@@ -205,6 +209,11 @@ def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene
             yield OpenPoint(_several(words[it : it + 1], request, ids, taken), taken[0])
 
 
+def _ordered(words: Sequence[Token], i: int) -> bool:
+    """Whether a verb stands here that makes an order of what is beside it: "move it", "it has to go"."""
+    return 0 <= i < len(words) and words[i].text in VERBS | _MUST
+
+
 def _points(
     words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene, said: frozenset[str]
 ) -> Iterator[OpenPoint]:
@@ -214,6 +223,7 @@ def _points(
     own = {m.id for m in mentions_in(words, scene)}
     spoken_of = set(named)
     phrases = {m.start: m for m in meant_objects(words, request, scene)}
+    among = set[str]()  # "the two blocks on the shelf ... the green one": of those two
     for i, t in enumerate(words):
         if i in numbered:
             found = _named(words, i, scene)
@@ -222,21 +232,49 @@ def _points(
         if i in phrases:
             phrase = phrases[i]
             fits = _not_there_yet(phrase, goals, scene)
+            fits = tuple(f for f in fits if f in among) if len(among & set(fits)) == 1 else fits
             taken = (moved & set(fits)) or (said & set(fits))
             if len(phrase.ids) < phrase.count:
                 yield OpenPoint(_too_few(words[i : phrase.end], request, phrase))
             elif (
-                len(fits) > len(taken) == phrase.count
+                (0 < len(taken) < len(fits) if phrase.vague else len(fits) > len(taken) == phrase.count)
                 and not (spoken_of & set(fits) or taken <= own)
-                and not _left_open(words, request, scene, movable=True)
+                and not left_open(words, request, scene, movable=True)
+                and not _explained(words, phrase.end)
             ):
                 told = _several(words[i : phrase.end], request, fits, sorted(taken))
                 yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
             spoken_of |= set(fits) if len(fits) == 1 else set()
+            among = set(phrase.ids) if phrase.exactly and len(phrase.ids) == phrase.count else among
+        foreign = _foreign(words, i, scene)
+        if foreign is not None and not _if(words, i):
+            yield OpenPoint(_lacks(foreign, words[i : i + 2], request))
         if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())
             if isinstance(found, Fault) and found.code == "E301":
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
+
+
+def _explained(words: Sequence[Token], at: int) -> bool:
+    """Whether the sentence goes on to say which one is meant, in words that are not understood here: "..., and I mean
+    the one you can bite into"."""
+    _, stop = sentence_at(words, at)
+    said = [t.text for t in words[at : stop + 1]]
+    ones = [k for k in range(len(said) - 2) if said[k : k + 2] == ["the", "one"]]
+    return any(said[k - 1 : k] in (["mean"], ["meaning"], [","], ["not"]) and said[k + 2] in _ABOUT for k in ones)
+
+
+def _foreign(words: Sequence[Token], i: int, scene: Scene) -> Fault | None:
+    """ "The green ball", where nothing on the map is a ball: a noun that names things elsewhere."""
+    if words[i].text not in _HUES | scene.colours or i + 1 >= len(words):
+        return None
+    lex, noun = lexicon(), words[i + 1]
+    forms = set(singulars(noun.text))
+    elsewhere = any(forms & group for group in lex.groups) or forms & {w for s in lex.shapes.values() for w in s}
+    if not elsewhere or any(scene.word(noun, m).text for m in (True, False)):
+        return None
+    found = resolve_objects(words[i : i + 2], scene, Talk())
+    return found if isinstance(found, Fault) and found.code == "E301" else None
 
 
 def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene) -> Iterator[OpenPoint]:
@@ -247,6 +285,7 @@ def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene:
         while begin < len(words) and words[begin].text in _STANDING:
             begin += 1
         said = begin < len(words) and (words[begin].text == "from" or (begin > phrase.end and words[begin].text in _AT))
+        said = said or _tells_where(words, begin, scene)
         place, stop = place_named(words, begin + 1, scene) if said else (None, begin)
         if place is None or not phrase.ids:
             continue
@@ -257,6 +296,19 @@ def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene:
             title = f"the request names what is not there: nothing on {place} is `{told}`"
             span = span_of(words[phrase.start : stop], request)
             yield OpenPoint(Diagnostic("E142", title, span, "not there", "say where it is", candidates=phrase.ids))
+
+
+def _tells_where(words: Sequence[Token], at: int, scene: Scene) -> bool:
+    """ "The red block on level 1 must go to level 3": the place behind it is where it stands, since another follows."""
+    if at >= len(words) or words[at].text not in _AT:
+        return False
+    place, stop = place_named(words, at + 1, scene)
+    modal = stop < len(words) and words[stop].text in _MUST
+    k = stop + int(stop < len(words) and words[stop].text in {"down", "up", "over", "across", "back"})
+    onto = (
+        k < len(words) and words[k].text in {"to", "onto", "into"} and place_named(words, k + 1, scene)[0] is not None
+    )
+    return place is not None and (modal or onto)
 
 
 def _not_there_yet(phrase: Meant, goals: Sequence[Goal], scene: Scene) -> tuple[str, ...]:
@@ -297,10 +349,12 @@ def _if(words: Sequence[Token], i: int) -> bool:
     return any(lexicon().is_(t.text, "conditional") for t in words[:i])
 
 
-def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bool) -> bool:
+def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bool) -> bool:
     """Whether the request says that any will do: any thing (`movable`), or any place."""
     for i, t in enumerate(words[:-1]):
         after = words[i + 1]
+        if after.number is not None and i + 2 < len(words):
+            after = words[i + 2]  # "any two of them"
         if (
             t.text == "any"
             and (scene.word(after, movable).text or not after.word)
@@ -308,9 +362,11 @@ def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: b
         ):
             return True
     for m in _LEFT_OPEN.finditer(request):
+        if movable and re.search(r"\bwhich one\b", m.group(0), re.IGNORECASE):
+            return True
         of_places = "where" in m.group(0).lower() or any(
             t.text in scene.generic(False) or t.text in {"side", "end", "level"}
-            for t in takewhile(lambda t: t.text not in {"to", "onto", "into"}, tokens(m.group("what")))
+            for t in takewhile(lambda t: t.text not in {"to", "onto", "into", "for", "on"}, tokens(m.group("what")))
         )
         if of_places != movable or (not movable and not of_places):
             return True
@@ -319,7 +375,7 @@ def _left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: b
 
 def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """Phrases for places that fit several, of which the goals take one."""
-    if _left_open(words, request, scene, movable=False):
+    if left_open(words, request, scene, movable=False):
         return
     placed = [g.condition.args for g in goals if g.condition.name == "On" and not g.condition.negated]
     about = tuple(dict.fromkeys(a[0] for a in placed))
@@ -329,6 +385,23 @@ def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
         if len(phrase.ids) > 1 and len(taken) == 1:
             told = _several(words[phrase.start : phrase.end], request, phrase.ids, taken, "places")
             yield OpenPoint(told, hit[taken[0]][0][1] if len(hit[taken[0]]) == 1 else None)
+    read = (*meant_places(words, request, scene, about), *meant_objects(words, request, scene))
+    for phrase, place in beside(words, read, placed, scene):
+        told = _several(words[phrase.start : phrase.end], request, phrase.ids, [place], "places")
+        yield OpenPoint(told, place)
+
+
+def _beyond(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+    """ "Two slots to the left", where there is but one."""
+    where = {o.id: o.place for o in scene.map.objects}
+    moved = [o for g in goals if g.condition.name == "On" and (o := g.condition.args[0])]
+    here = where.get(moved[0]) if len(moved) == 1 else None
+    for shift in shifts(words) if here is not None else ():
+        if here is not None and shift.beyond(here, scene):
+            said = request[words[shift.start].start : words[shift.end - 1].end]
+            title = f"the request names what is not there: `{said}` of {here} is no position"
+            span = span_of(words[shift.start : shift.end], request)
+            yield OpenPoint(Diagnostic("E142", title, span, "beyond the end", "say another place"))
 
 
 def _several(

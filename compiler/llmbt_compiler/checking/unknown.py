@@ -19,7 +19,7 @@ from llmbt_compiler.parsing.words import Token, closest, distance, lexicon, sing
 from llmbt_ir.diagnostics import Diagnostic, Span
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["unknown_names"]
+__all__ = ["unknown_names", "unknown_place"]
 
 _SORTS = frozenset({
     "drink", "beverage", "refreshment", "liquid", "sip", "snack", "food", "meal", "breakfast", "lunch", "dinner",
@@ -60,6 +60,19 @@ def unknown_names(
                 movable = span.label is Kind.TARGET
                 about = dict.fromkeys(a for g in goals for a in g.condition.args if scene[a].movable == movable)
                 yield _lacking(sentence.text, noun, tuple(i for i in about if i not in said))
+
+
+def unknown_place(words: Sequence[Token], scene: Scene) -> Token | None:
+    """The noun of "in the fridge", "onto the windowsill", where nothing in the scene goes by it; for where no known
+    place is named."""
+    for i, t in enumerate(words[:-2]):
+        noun, after = words[i + 2], words[i + 3] if i + 3 < len(words) else None
+        if not lexicon().is_(t.text, "at", "onto") or words[i + 1].text not in {"the", "my", "our", "your", "that"}:
+            continue
+        goes_on = after is not None and after.word and after.text not in _GOING_ON | {"with", "and", "then", "now"}
+        if noun.word and noun.number is None and not noun.owner and not goes_on and not _known(noun, scene):
+            return noun
+    return None
 
 
 def _lacking(line: str, noun: Token, about: Sequence[str]) -> OpenPoint:

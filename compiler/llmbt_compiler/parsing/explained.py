@@ -43,6 +43,9 @@ def explanation(step: LabelledStep, scene: Scene) -> Extent | None:
             end = next((k for k in range(i, len(line)) if line[k].text == ")"), 0)
             inner = line[i + 1 : end]
             told = next((r.start for r in relations(inner)), len(inner))
+            stands = _stands(inner, scene, thing) if end and _placed_elsewhere(step, t, line[end]) else None
+            if stands is not None and _agrees(inner[:stands], scene, thing):
+                return Extent(t.start, line[end].end)
             if end and _remarks(inner) and _agrees(inner[:told], scene, thing):
                 return Extent(t.start, line[end].end)
             continue
@@ -89,6 +92,22 @@ def _remarks(inner: Sequence[Token]) -> bool:
     """Whether a parenthesis tells where a thing stands, or that another would do as well."""
     loose = any(lexicon().is_(t.text, "vacant") or t.text in {"any", "anywhere"} for t in inner)
     return bool(inner) and (loose or bool(relations(inner)) or rank_of(inner, 0, len(inner)) is not None)
+
+
+def _placed_elsewhere(step: LabelledStep, opened: Token, closed: Token) -> bool:
+    """Whether the step says a place behind a parenthesis."""
+    places = [s for s in step.spans if s.label is Kind.DESTINATION]
+    return any(s.start > closed.start for s in places) and any(opened.start < s.start < closed.start for s in places)
+
+
+def _stands(inner: Sequence[Token], scene: Scene, thing: str) -> int | None:
+    """Where in a parenthesis the words begin that say on which place the thing stands now ("on position 12")."""
+    here = next((o.place for o in scene.map.objects if o.id == thing), None)
+    at = next((k for k, t in enumerate(inner) if lexicon().is_(t.text, "at")), None)
+    found = resolve_places(inner[at + 1 :], scene, Talk()) if at is not None else None
+    if here is None or not isinstance(found, Found) or len(found.ids) != 1 or found.ids[0] in {ANYWHERE, ORIGIN}:
+        return None
+    return at if scene.within(here, found.ids[0]) else None
 
 
 def _a_place(after: Sequence[Token], scene: Scene) -> bool:

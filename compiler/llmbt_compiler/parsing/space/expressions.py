@@ -167,7 +167,7 @@ def rank_of(tokens: Sequence[Token], start: int, end: int) -> Ranked | None:
     if best is not None:
         return Ranked(_without(parts, (*said, best)), _SUPERLATIVES[best.text], number or 1, end)
     for k in range(start + 1, min(end, len(tokens) - 1) + 1):
-        side, stop = _end_at(tokens, k)
+        side, stop = _end_at(tokens, k) if k < end else _outermost(tokens, k) or _end_at(tokens, k)
         if side:
             return Ranked(_without(tokens[start:k], said), side, number or 1, max(stop, end))
     if number is not None:
@@ -218,6 +218,25 @@ def _end_at(tokens: Sequence[Token], k: int) -> tuple[str, int]:
         j += 1
     of = j + 1 < len(tokens) and tokens[j + 1].text == "of"
     return ("", k) if of and tokens[k].text not in _COUNTED_FROM else (side, j + 1)
+
+
+def _outermost(tokens: Sequence[Token], k: int) -> tuple[str, int] | None:
+    """ "Furthest to the left", "that is furthest left", right behind a noun."""
+    while k < len(tokens) and tokens[k].text in _BEING:
+        k += 1
+    if k + 1 >= len(tokens) or tokens[k].text not in {"furthest", "farthest", "nearest", "closest"}:
+        return None
+    far = tokens[k].text in {"furthest", "farthest"}
+    k += 1
+    while k + 1 < len(tokens) and tokens[k].text in {"to", "the", "at", "towards", "toward"}:
+        k += 1
+    if tokens[k].text not in _SIDES_OF:
+        return None
+    side, ends = _SIDES_OF[tokens[k].text], k
+    while k + 1 < len(tokens) and tokens[k + 1].text in _END_NOUNS:
+        k += 1
+    of = k + 1 < len(tokens) and tokens[k + 1].text == "of"
+    return (side, k + 1) if not of and (far or k > ends or side in {"front", "back"}) else None
 
 
 def _ordinal(parts: Sequence[Token]) -> tuple[int | None, tuple[Token, ...]]:

@@ -1,0 +1,186 @@
+"""Goals that no word of a request stands for: a thing that it has no word for, a place that it does not say.
+
+The other checks look for words that are suspicious; here every goal is asked for the words that it comes from. "Put
+that on the desk" has none for the apple, "get object 3 out of there" none for position 11. Little is taken for a
+word: a colour, a sort, a pronoun with something before it, a side, a relation, what stands in the place already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+from llmbt_atl.library import Library
+from llmbt_compiler.checking.request import VERBS, OpenPoint
+from llmbt_compiler.checking.sentences import one_line, span_of
+from llmbt_compiler.checking.telling import REMEMBERED
+from llmbt_compiler.checking.unknown import unknown_place
+from llmbt_compiler.parsing import Goal
+from llmbt_compiler.parsing.mentions import mentions_in
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import relations
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_ir.diagnostics import Diagnostic
+from llmbt_ir.semantic_map import SemanticMap
+
+__all__ = ["ungrounded"]
+
+_SIDES = frozenset({
+    "left", "right", "leftmost", "rightmost", "front", "back", "rear", "end", "ends", "edge", "corner", "corners",
+    "edges", "outer", "outermost", "inner", "side", "sides", "far", "higher", "lower", "deeper", "further", "farther",
+    "close", "closer", "together", "apart", "neighbour", "neighbor", "neighbours", "neighbors", "row", "line", "order",
+    "gap", "gaps", "hole", "holes", "join", "joins", "company", "levels", "shelve", "shelved", "shelf", "same",
+})  # fmt: skip
+_WHEREVER = frozenset({"somewhere", "anywhere", "wherever", "whichever", "sort", "sorted", "arrange", "tidy"})
+_OPEN = frozenset({"a", "an", "any", "either", "other", "another"})
+_CLEARING = frozenset({"aside", "away", "off", "out", "cleared", "emptied"})
+_GIVING = frozenset({
+    "bring", "fetch", "get", "hand", "give", "pass", "want", "like", "love", "have", "serve", "need", "do", "drink",
+    "eat", "thirsty", "hungry",
+})  # fmt: skip
+_ANYTHING = frozenset({
+    "cargo", "goods", "all", "both", "each", "every", "one", "ones", "nothing", "eat", "drink", "food", "hungry",
+    "thirsty", "contents", "content", "what", "stuff", "lot", "whichever",
+})  # fmt: skip
+_PLACES = frozenset({"place", "spot", "home", "position", "slot", "corner", "shelf", "level"})
+_EXCHANGE = frozenset({"where", "versa", "places"})
+
+
+@dataclass(frozen=True)
+class _Request:
+    """A request's words, and what stands where before anything is done."""
+
+    words: tuple[Token, ...]
+    scene: Scene
+
+    @cached_property
+    def texts(self) -> frozenset[str]:
+        return frozenset(t.text for t in self.words)
+
+    @cached_property
+    def named(self) -> frozenset[str]:
+        return frozenset(m.id for m in mentions_in(self.words, self.scene))
+
+    @cached_property
+    def where(self) -> dict[str, str | None]:
+        return {o.id: o.place for o in self.scene.map.objects}
+
+    def has(self, *lists: str) -> bool:
+        """Whether a word is in one of the lexicon's lists."""
+        return any(lexicon().is_(t, *lists) for t in self.texts)
+
+    @property
+    def orders(self) -> bool:
+        """Whether it says anything at all of things and places; "do it" speaks of what was said elsewhere."""
+        told = any(self.scene.word(t, m).text for t in self.words for m in (True, False))
+        return told or bool(self.texts & VERBS)
+
+    @property
+    def clears(self) -> bool:
+        """Whether something is to be emptied, or things are to go away, or to change places."""
+        verbs = lexicon().verbs
+        return bool(self.texts & (_CLEARING | verbs["removing"])) or self.has("vacant")
+
+    @property
+    def elsewhere(self) -> bool:
+        """ "Somewhere else", "elsewhere": where, is not said."""
+        texts = [t.text for t in self.words]
+        return "elsewhere" in texts or ["somewhere", "else"] in [texts[k : k + 2] for k in range(len(texts))]
+
+    @property
+    def remembered(self) -> bool:
+        """ "Its usual place", "where it belongs": a place that only the user knows."""
+        texts = [t.text for t in self.words]
+        told = any(a.text in REMEMBERED and b.text in _PLACES for a, b in pairwise(self.words))
+        return told or any(
+            texts[k : k + 3] == ["where", "it", v] for k in range(len(texts)) for v in ("belongs", "goes")
+        )
+
+    @property
+    def exchanges(self) -> bool:
+        return bool(self.texts & (_EXCHANGE | lexicon().verbs["exchange"]))
+
+    def fitting(self, id_: str, *, generic: bool) -> bool:
+        """Whether a word or a number may stand for a thing; `generic`: one that stands for any of its kind too."""
+        e = self.scene[id_]
+        for t in self.words:
+            if t.number is not None and t.number == e.number:
+                return True
+            word = self.scene.word(t, e.movable)
+            of_all = word.text in self.scene.generic(e.movable)
+            if word.text and ((generic and of_all) or (not of_all and self.scene.fits(e, word.text))):
+                return True
+            if generic and word.near:
+                return True
+        return False
+
+
+def ungrounded(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, library: Library) -> Iterator[OpenPoint]:
+    """E142 for each thing that the goals bring somewhere and the request has no word for, E305 for each place."""
+    scene = Scene(semantic_map, library)
+    line = one_line(request)
+    said = _Request(tokens(line), scene)
+    placed = [g.condition.args for g in goals if g.condition.name == "On" and not g.condition.negated]
+    if not said.orders:
+        return
+    span = span_of(said.words, line)
+    for thing, place in ((a[0], a[1]) for a in placed):
+        if not _thing(said, thing):
+            title = f"nothing in the request stands for {thing}, and the reply takes it"
+            label, hint = f"no word for {thing}", f"is {thing} right? else name the thing"
+            yield OpenPoint(Diagnostic("E142", title, span, label, hint), thing)
+        elif not _place(said, thing, place, any(p == said.where.get(thing) for o, p in placed if o != thing)):
+            unknown = unknown_place(said.words, scene)
+            if unknown is not None:
+                title = f"the request names `{unknown.text}`, and nothing in the scene goes by that name"
+                hint = "name a place of the scene"
+                yield OpenPoint(
+                    Diagnostic("E142", title, span_of((unknown,), line), "not in the map", hint, candidates=(place,)),
+                    place,
+                )
+                continue
+            title = f"where is {thing} to go? the reply takes {place} without asking"
+            yield OpenPoint(Diagnostic("E305", title, span, "no place is named", "name the place"), place)
+
+
+def _thing(said: _Request, thing: str) -> bool:
+    if said.exchanges or said.texts & _ANYTHING or said.texts & set(lexicon().sizes):
+        return True
+    here = said.where.get(thing)
+    stands = here is not None and any(said.scene.within(here, p) for p in said.named)
+    return said.fitting(thing, generic=True) or (stands and said.clears)
+
+
+def _place(said: _Request, thing: str, place: str, wanted: bool) -> bool:
+    """`wanted`: where the thing stands, something else is to go."""
+    scene = said.scene
+    if scene[place].person:
+        return bool(said.texts & _GIVING) or said.has("me", "users", "him")
+    of = scene.map.place(place)
+    if of is not None and of.buffer and (wanted or said.clears):
+        return True
+    around = {place, *scene.map.containers(place), *(p.id for p in scene.map.inside(place))}
+    there = [o.id for o in scene.map.objects if o.place in around and o.id != thing]
+    if around & said.named:
+        return True
+    if said.remembered:
+        return False
+    if (said.texts & _WHEREVER and not said.elsewhere) or _open_place(said):
+        return True
+    if scene.single(place):
+        ranked = said.has("top", "bottom", "middle") or any(t.text in lexicon().ordinals for t in said.words)
+        if ranked or relations(said.words) or said.texts & _SIDES or (there and said.exchanges):
+            return True
+    return said.fitting(place, generic=False) or any(said.fitting(o, generic=False) for o in there)
+
+
+def _open_place(said: _Request) -> bool:
+    """ "A free level", "the other side", "another place"."""
+    for a, b in pairwise(said.words):
+        place = bool(said.scene.word(b, False).text)
+        free = lexicon().is_(b.text, "vacant") or (place and not said.scene.word(b, True).text)
+        if (a.text in _OPEN and free) or (lexicon().is_(a.text, "vacant") and place):
+            return True
+    return False

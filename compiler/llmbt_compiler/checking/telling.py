@@ -1,0 +1,88 @@
+"""Words that tell one thing from others and that no map can check: "my usual drink", "the one Marta told you about"."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import relations
+from llmbt_compiler.parsing.words import Token, lexicon
+
+__all__ = ["REMEMBERED", "hearsay", "uncheckable"]
+
+REMEMBERED = frozenset({
+    "usual", "favourite", "favorite", "regular", "normal", "preferred", "special", "promised", "ordered", "agreed",
+    "discussed", "mentioned", "certain", "particular", "requested", "reserved", "chosen", "previous", "correct",
+    "customary", "designated",
+})  # fmt: skip
+_FELT = frozenset({
+    "chipped", "scratched", "cracked", "dented", "damaged", "broken", "faulty", "defective", "dirty", "dusty", "clean",
+    "stained", "worn", "faded", "shiny", "sticky", "wet", "old", "older", "oldest", "new", "newer", "newest", "heavy",
+    "heavier", "heaviest", "good", "best", "better", "nice", "nicer", "nicest", "pretty", "prettier", "prettiest",
+    "cheap", "cheaper", "cheapest", "expensive", "wrong", "proper", "mended", "repaired", "marked", "lucky",
+    "cancelled",
+    "sold", "paid", "hollow", "freshly", "painted", "lightest", "lighter", "scuffed", "bent", "loved", "important",
+    "urgent", "dearer", "dearest",
+})  # fmt: skip
+_MEMORY = frozenset({
+    "yesterday", "always", "usually", "told", "asked", "mentioned", "earlier", "promised", "ordered", "wanted",
+    "discussed", "recommended", "like", "love", "prefer", "agreed", "week", "month", "morning", "said",
+})  # fmt: skip
+_OPENING = frozenset({"that", "which", "who", "whose", "with", "you", "i", "we", "she", "he", "they", "nobody", "for"})
+_SIDES = frozenset({
+    "left", "right", "front", "back", "rear", "middle", "top", "bottom", "end", "corner", "edge", "above", "below",
+    "under", "behind", "beside", "between", "near", "next", "far", "there", "here", "down", "up", "alone", "itself",
+    "same", "other", "others", "than", "rest", "both", "neighbour", "neighbor", "nothing", "nobody", "row", "side",
+    "on", "in", "at", "from", "off", "is", "has", "stands", "sits", "lies", "standing", "lying", "sitting", "by", "as",
+    "most", "least", "out", "isnt", "hasnt", "doesnt", "didnt", "isn", "still", "already", "yet",
+})  # fmt: skip
+_STOPS = frozenset({
+    ",", ".", ";", ":", "!", "?", "-", "onto", "into", "to", "goes", "should", "must", "belongs", "needs", "shall",
+    "and", "gets", "wants", "please", "has", "ought", "can", "could", "would", "will",
+})  # fmt: skip
+_LONGEST = 12
+
+
+def hearsay(words: Sequence[Token], at: int, scene: Scene) -> bool:
+    """Whether an adjective stands here that tells something that no map says: what is usual, promised, or, of things
+    that have nothing but numbers, how they look or feel. Knowledge of the world may tell what a hot drink is."""
+    text = words[at].text
+    return text in REMEMBERED or (text in _FELT and _numbered(scene))
+
+
+def uncheckable(words: Sequence[Token], at: int, scene: Scene, *, opened: bool = False) -> bool:
+    """Whether the clause that begins here tells a thing by nothing that the map has: "that Marta told you about", "I
+    used yesterday"; not "that is nearer to the front". `opened`: a word before it has opened it ("whatever")."""
+    if at >= len(words) or (words[at].text not in _OPENING and not opened):
+        return False
+    stop = at + 1
+    while stop < min(len(words), at + _LONGEST) and words[stop].text not in _STOPS and not _leads(words, stop, scene):
+        stop += 1
+    clause = words[at:stop]
+    said = {t.text for t in clause[1:]}
+    if len(clause) < 3 - opened or said & _SIDES or relations(clause) or any(_checked(t, scene) for t in clause[1:]):
+        return False
+    if words[at].text == "for" or opened:
+        return bool(said & _MEMORY)
+    return _numbered(scene) or bool(said & _MEMORY)
+
+
+def _leads(words: Sequence[Token], at: int, scene: Scene) -> bool:
+    """Whether a place follows: "... on 12", "... in the sorting area"."""
+    if not lexicon().is_(words[at].text, "at") or at + 1 >= len(words):
+        return False
+    k = at + 1 + int(lexicon().is_(words[at + 1].text, "articles"))
+    return k < len(words) and (words[k].digits or bool(scene.word(words[k], False).text))
+
+
+def _numbered(scene: Scene) -> bool:
+    return all(e.number is not None for e in scene.objects)
+
+
+def _checked(t: Token, scene: Scene) -> bool:
+    lex = lexicon()
+    if t.number is not None or t.text in lex.sizes or t.text in lex.ordinals or t.text in scene.colours:
+        return True
+    if lex.is_(t.text, "negation", "except", "vacant"):
+        return True
+    return any(w.text and not w.corrected for w in (scene.word(t, True), scene.word(t, False)))
