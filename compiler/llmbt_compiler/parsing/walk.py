@@ -52,7 +52,7 @@ _GOING = frozenset({
     "goes", "go", "takes", "take", "comes", "come", "joins", "join", "belongs", "follows", "replaces", "moves",
     "should", "shall", "must", "ought", "likewise", "too",
 })  # fmt: skip
-_FORMAL = frozenset({"E301", "E302", "E303", "E305", "E306"})
+_FORMAL = frozenset({"E301", "E302", "E303", "E305", "E306", "E314"})
 """Complaints that another way to put a step may settle."""
 _LONGEST = 10_000
 
@@ -113,9 +113,7 @@ class _Walker(Ordering):
         before, acts, stood = self.errors(), self.ledger.acts, self.ledger.standing()
         kept = self.fork()
         walker = self.explained(step)
-        if walker.errors() <= before and (
-            walker.ledger.acts > acts or walker.ledger.standing() != kept.ledger.standing()
-        ):
+        if walker.errors() <= before and (walker.ledger.acts > acts or walker.ledger.standing()[:3] != stood[:3]):
             return walker
         told = {d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR}
         if not told <= _FORMAL:
