@@ -225,10 +225,7 @@ class _Walker(Ordering):
             return
         if not found:
             self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
-            if (
-                self.mentioned and not forbidden and not self.ledger.pending
-            ):  # "The milk is on the shelf. | Grab it ..."
-                self.targets = (self.mentioned, self.turn)
+            self.remarked(forbidden=forbidden)
             return
         before = (self.ledger.acts, self.targets, self.place)
         earlier = len(self.diagnostics)
@@ -247,6 +244,11 @@ class _Walker(Ordering):
         self.overlooked(step, earlier, asks=asks)
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def remarked(self, *, forbidden: bool) -> None:
+        """ "The milk is on the shelf. | Grab it": what a remark was about is what "it" means."""
+        if self.mentioned and not forbidden and not self.ledger.pending:
+            self.targets = (self.mentioned, self.turn)
 
     def spoken_of(self) -> bool:
         """Whether "it" means something already."""
