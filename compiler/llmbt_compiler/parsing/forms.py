@@ -434,8 +434,8 @@ def once_more(step: LabelledStep, scene: Scene) -> LabelledStep:
         found = resolve_objects(
             tokens(step.text, *m.span("things")), scene, Talk({o.id: o.place for o in scene.map.objects})
         )
-        if not isinstance(found, Found) or found.corrected:
-            continue
+        if found.corrected if isinstance(found, Found) else found.code != "E304":
+            continue  # "the other yellow block": which, what was done before tells
         spans = (
             KeywordSpan(*m.span("verb"), Kind.ACTION, "repeat"),
             KeywordSpan(*m.span("things"), Kind.TARGET, m["things"]),

@@ -114,6 +114,8 @@ def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
         return _written(step, [("pick", _cut(step, line, named[0]), "")])
     if not all(_says_nothing_else(t, scene) for t in free):
         return None
+    if any(n.thing and n.lead in _COUNTING for n in named) or _there_first(line, named):
+        return None
     if any(n.thing and _related(line[n.end : n.end + 2]) for n in named):
         return None
     orders = _going(step, line, named, free, scene)
@@ -124,6 +126,16 @@ def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
 
 
 _Orders = Sequence[tuple[str, str, str]]
+
+
+_COUNTING = frozenset({"both", "all", "each", "one", "every"})
+_WAYS = frozenset({"go", "drive", "walk", "head", "travel", "navigate", "run", "roll", "proceed", "going", "come"})
+
+
+def _there_first(line: Sequence[Token], named: Sequence[_Named]) -> bool:
+    """ "Go to position 24, pick up the ball and put it down": a way, and no word of where the thing goes."""
+    said = [t.text for t in line[: named[0].start]] if named else []
+    return bool(named) and not named[0].thing and not _WAYS.isdisjoint(said)
 
 
 def _going(

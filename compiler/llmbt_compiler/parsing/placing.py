@@ -292,6 +292,8 @@ class Placing(Grounding):
                 and buffer is not None
                 and all(p.buffer for p in self.scene.map.places if self.scene.is_a(p.id, slot.type))
             ):
+                if self.elsewhere_named(ids, buffer):
+                    break
                 self.note(NoteKind.CHOSEN, f"no place is named: {buffer}", clause.extent)
                 return (buffer,)
             if self.shape(template) is Shape.PLACE and "_" in template.name:
@@ -303,6 +305,16 @@ class Placing(Grounding):
         )  # fmt: skip
         self.wanting[ids] = self.diagnostics[-1]
         raise Open
+
+    def elsewhere_named(self, ids: Sequence[str], buffer: str) -> bool:
+        """Whether a step that names no place where the things are to go names one that is neither where they were nor
+        the buffer: that may be meant."""
+        parts = tokens(self.now.text)
+        names = [[t for t in parts if a.start <= t.start <= b.start] for a, b in mentions(parts, self.scene)]
+        places = {e.id for n in names for e in exactly_named(n, self.scene.places)}
+        done = {p for e in self.ledger.moves if e.step.number == self.now.number for p in (e.place, e.container)}
+        here = {p for i in ids for p in (self.ledger.where.get(i), self.origin.get(i))} | {buffer, *done}
+        return any(not any(p == h or self.scene.within(h, p) for h in here) for p in places)
 
     def to_origin(self, clause: Clause) -> bool:
         """Whether "to its original position" follows the clause's last keyword unlabelled."""

@@ -47,6 +47,7 @@ _SAYING = re.compile(
     rf"|keep\s+(?:me|us|him|her|them)\s+(?:posted|informed|updated|in\s+the\s+loop)\b{_ON}"
     r"|bear\s+with\s+(?:me|us)|take\s+your\s+time|call\s+it\s+a\s+day|have\s+a\s+(?:rest|break)"
     rf"|make\s+a\s+(?:mental\s+)?note\b{_ON}|do(?=\s+(?:put|place|bring|take|move|set|fetch|get)\b)"
+    r"|(?:close|complete|finish|conclude|end)\s+(?:the|this|your)\s+(?:task|job|order|ticket|cycle|run|procedure|mission)\b"
     r"|quick(?:ly)?(?:,\s*quick(?:ly)?)*\s*[,!:](?=\s*\w)|job\s+done)"
     r"|\b(?:FYI|NB|N\.B\.|PS|P\.S\.)\s*[,:]?(?=\s)",
     re.IGNORECASE,

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.beside import mentions
+from llmbt_compiler.parsing.doubts import put_right
 from llmbt_compiler.parsing.forms import (
     asked_for,
     assured,
@@ -60,6 +61,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     """The step with the keywords that its form implies; as it is where its form implies none."""
     if len(step.text) > _LONGEST:
         return step
+    step = put_right(step)
     table = tabled(step, scene)
     if table is not None:
         return table

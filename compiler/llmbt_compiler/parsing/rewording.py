@@ -53,8 +53,57 @@ _LEFT = re.compile(
 
 def reworded(step: LabelledStep) -> LabelledStep:
     """The step in plain words, with as many characters."""
+    step = _that_one(_plain_codes(_its_surface(step)))
     step = _go_and_wait(_silent(_to_its_place(_coloured(step))))
     return _vacant(_vacated(_in_parentheses(_seen_to(step))))
+
+
+_SURFACE = re.compile(
+    r"\b(?:the\s+)?(?:(?:top|upper|flat|free)\s+)?(?:surface|tabletop|worktop)\s+of\s+(?=(?:the|our|my|your)\b)",
+    re.IGNORECASE,
+)
+_BOLD_CODE = re.compile(r"\b[a-z]+\s+(?P<open>\*\*|__|`)(?=[A-Z]?\d{1,3}\b|[A-Z]\b)[A-Z]?\d{0,3}(?P<close>\*\*|__|`)")
+_THAT_ONE = re.compile(
+    r"^\W*(?:(?:do\s+you|can\s+you|you)\s+)?(?:see|know|spot|remember)\s+[^,;:.?!]{2,40}[?.!]\s+(?:[a-z]+\s+){1,3}?(?P<one>th(?:at|is)\s+one)\b",
+    re.IGNORECASE,
+)
+
+
+def _its_surface(step: LabelledStep) -> LabelledStep:
+    """ "Upon the surface of the table" is on the table."""
+    m = _SURFACE.search(step.text)
+    if m is None:
+        return step
+    a, b = m.span()
+    text = step.text[:a] + " " * (b - a) + step.text[b:]
+    spans = tuple(
+        replace(s, start=b, text=text[b : s.end]) if a <= s.start < b < s.end else s
+        for s in step.spans
+        if not (a <= s.start and s.end <= b)
+    )
+    return replace(step, text=text, spans=spans, readings=())
+
+
+def _plain_codes(step: LabelledStep) -> LabelledStep:
+    """ "Slot **A2**" without the marks between the noun and its code."""
+    text = step.text
+    for m in _BOLD_CODE.finditer(text):
+        for key in ("open", "close"):
+            a, b = m.span(key)
+            text = text[:a] + " " * (b - a) + text[b:]
+    return replace(step, text=text) if text != step.text else step
+
+
+def _that_one(step: LabelledStep) -> LabelledStep:
+    """ "See the apple? Put that one on the bar": the thing that was just pointed out."""
+    m = _THAT_ONE.match(step.text)
+    if m is None:
+        return step
+    a, b = m.span("one")
+    text = step.text[:a] + "it".ljust(b - a) + step.text[b:]
+    kept = tuple(s for s in step.spans if s.end <= a or b <= s.start)
+    spans = tuple(sorted((*kept, KeywordSpan(a, a + 2, Kind.TARGET, "it")), key=lambda s: s.start))
+    return replace(step, text=text, spans=spans, readings=())
 
 
 def _silent(step: LabelledStep) -> LabelledStep:

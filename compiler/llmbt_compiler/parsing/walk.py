@@ -15,6 +15,7 @@ from llmbt_atl.library import Library
 from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses
+from llmbt_compiler.parsing.doubts import doubts
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.frames import among
 from llmbt_compiler.parsing.gist import gist
@@ -51,7 +52,7 @@ _GOING = frozenset({
     "goes", "go", "takes", "take", "comes", "come", "joins", "join", "belongs", "follows", "replaces", "moves",
     "should", "shall", "must", "ought", "likewise", "too",
 })  # fmt: skip
-_FORMAL = frozenset({"E301", "E302", "E303", "E305", "E306"})
+_FORMAL = frozenset({"E301", "E302", "E303", "E305", "E306", "E314"})
 """Complaints that another way to put a step may settle."""
 _LONGEST = 10_000
 
@@ -112,9 +113,7 @@ class _Walker(Ordering):
         before, acts, stood = self.errors(), self.ledger.acts, self.ledger.standing()
         kept = self.fork()
         walker = self.explained(step)
-        if walker.errors() <= before and (
-            walker.ledger.acts > acts or walker.ledger.standing() != kept.ledger.standing()
-        ):
+        if walker.errors() <= before and (walker.ledger.acts > acts or walker.ledger.standing()[:3] != stood[:3]):
             return walker
         told = {d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR}
         if not told <= _FORMAL:
@@ -226,6 +225,7 @@ class _Walker(Ordering):
             return
         if not found:
             self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
+            self.remarked(forbidden=forbidden)
             return
         before = (self.ledger.acts, self.targets, self.place)
         earlier = len(self.diagnostics)
@@ -244,6 +244,11 @@ class _Walker(Ordering):
         self.overlooked(step, earlier, asks=asks)
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def remarked(self, *, forbidden: bool) -> None:
+        """ "The milk is on the shelf. | Grab it": what a remark was about is what "it" means."""
+        if self.mentioned and not forbidden and not self.ledger.pending:
+            self.targets = (self.mentioned, self.turn)
 
     def spoken_of(self) -> bool:
         """Whether "it" means something already."""
@@ -267,6 +272,9 @@ class _Walker(Ordering):
             if not self.scene.within(self.ledger.where.get(thing), place):
                 title = f"`{extent.cut(step.text)}` is told, and no step does it"
                 self.complain("E314", title, extent, "", "say it in a step of its own")
+        for extent in doubts(step, self.scene) if asks else ():
+            title = f"`{extent.cut(step.text)}` leaves open whether it is to be done"
+            self.complain("E314", title, extent, "", "say what is to be done")
         for extent in restrictions(step) if asks else ():
             title = f"`{extent.cut(step.text)}` restricts what may be done, which goals cannot say"
             self.complain("E314", title, extent, "", "say which thing is to go where")

@@ -152,6 +152,8 @@ def tokens(text: str, start: int = 0, end: int | None = None) -> tuple[Token, ..
         word = respelt(unicodedata.normalize("NFKC", raw).casefold().translate(_APOSTROPHES))
         if not word or (not word[0].isalnum() and kind != "-"):
             continue
+        if kind == "9" and glued and _after_letter(out):
+            out.pop()  # "P-11"
         if word == "s" and glued and out[-1].digits and len(raw) > 1:
             out[-1] = replace(out[-1], owner=True)
             continue  # "object 4's"
@@ -164,6 +166,13 @@ def tokens(text: str, start: int = 0, end: int | None = None) -> tuple[Token, ..
         word = word[:-1] if owner else word
         out.append(Token(word, start + a, start + b, glued, number, owner))
     return tuple(_numbered(_decimals(_correlated(out))))
+
+
+def _after_letter(out: list[Token]) -> bool:
+    """Whether a lone letter and a hyphen are the last tokens."""
+    if len(out) < 2 or out[-1].text != "-" or not out[-1].glued:
+        return False
+    return out[-2].word and len(out[-2].text) == 1 and not out[-2].glued
 
 
 def _correlated(parts: list[Token]) -> list[Token]:
