@@ -25,6 +25,8 @@ _WHOLE = frozenset({"round", "around", "over", "upside", "sideways", "degrees", 
 _POINTING = frozenset({"it", "that", "this"})
 """What is said before: "position 12 should have a block in it; fix that"."""
 _BEFORE = frozenset({"and", "then", "please", "also", "you", "just", "pls", "first", "to"})
+_TAKING_BACK = frozenset({"scratch", "strike", "scrap", "forget", "ignore", "cancel", "delete", "erase", "hold"})
+"""Said of what was just said, "scratch that", and of no thing."""
 _MARKS = ENDS | {":", ","}
 _OBJECT = frozenset({
     "the", "it", "them", "my", "a", "an", "some", "me", "us", "both", "all", "each", "every", "this", "that", "these",
@@ -46,7 +48,7 @@ def unable(request: str, library: Library) -> Iterator[Diagnostic]:
         tidied = t.text == "clean" and words[i + 1].text == "up"
         has_object = t.text in verbs and words[i + 1].text in _OBJECT and not tidied
         settles = t.text in _SETTLING and words[i + 1].text in _POINTING
-        if settles:
+        if settles or _takes_back(words, i):
             continue
         if (has_object or turned or (switched and t.text not in known)) and _is_ordered(words, i):
             can = ", ".join(t.name for t in library.templates.values() if t.verbs)
@@ -58,6 +60,12 @@ def _has_object(words: Sequence[Token], i: int) -> bool:
     """Whether something is turned: "turn the red one round", "rotate object 3 by ninety degrees"."""
     _, stop = sentence_at(words, i)
     return words[i + 1].text in _OBJECT and any(t.text in _WHOLE for t in words[i + 2 : stop])
+
+
+def _takes_back(words: Sequence[Token], i: int) -> bool:
+    """ "Scratch that", at the end of what is said: a correction and no order."""
+    end = i + 2 >= len(words) or not words[i + 2].word
+    return words[i].text in _TAKING_BACK and words[i + 1].text == "that" and end
 
 
 def _is_ordered(words: Sequence[Token], i: int) -> bool:

@@ -8,7 +8,7 @@ from itertools import takewhile
 
 from llmbt_compiler.checking.comparisons import comparison
 from llmbt_compiler.checking.sentences import sentence_at
-from llmbt_compiler.checking.telling import hearsay, uncheckable
+from llmbt_compiler.checking.telling import along, entered, hearsay, uncheckable
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Fault, Found, Talk
@@ -142,6 +142,8 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
                 or _related(words, i + 1, end, line, scene, where)
                 or _plain(words, i + 1, end, scene, where)
             )
+            if found is not None and entered(words, i):
+                found = None
         elif _bare(words, i, scene):
             end = _noun(words, i - 1, scene)
             found = _ranked(words, i, end, line, scene, where) or _plain(words, i, end, scene, where) if end else None
@@ -282,6 +284,9 @@ def _several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str 
         if words[j].text == "other":
             return None
         j += 1
+    if exactly and j < len(words) and words[j].text in _AT:  # "those two on the shelf"
+        there, stop = _there(words, j, [e.id for e in scene.objects], scene, where)
+        return Meant(i, stop, there, count, exactly) if len(there) == count else None
     end = next((k + 1 for k in range(j, min(len(words), j + _LONGEST)) if _plural(words[k], scene)), 0)
     phrase = [t for t in words[j:end] if t.text != "ones"]
     if not end or any(t.text in lexicon().sizes or t.text in lexicon().ordinals or not t.word for t in phrase):
@@ -736,6 +741,8 @@ def place_named(words: Sequence[Token], at: int, scene: Scene) -> tuple[str | No
 
 def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     """Whether what stands right after a phrase may tell which one is meant, in words that are not understood here."""
+    if along(words, at):
+        return True
     if at >= len(words) or words[at].text not in _TELLING or uncheckable(words, at, scene):
         return False
     if words[at].text == "with":  # "swap the red block with the white one"
@@ -743,7 +750,8 @@ def _tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     if any(r.start == at for r in relations(words)):
         return False  # it says where to
     if words[at].text in {"that", "which"} and at + 1 < len(words) and words[at + 1].text in _MODAL:
-        return False  # "the green one that must go to level 2"
+        # "the green one that must go to level 2" does not tell, "that has a red neighbour" does
+        return words[at + 1].text == "has" and [t.text for t in words[at + 2 : at + 3]] != ["to"]
     if words[at].text == "in":  # "in the sorting area", which is a destination; "in front", which tells
         return at + 1 < len(words) and words[at + 1].text in {"front", "between"}
     return words[at].text != "over"

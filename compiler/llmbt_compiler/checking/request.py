@@ -48,7 +48,10 @@ _AT = frozenset({"on", "in", "at"})
 _LEFT_OPEN = re.compile(
     r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"
     r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
-    r"|as you (?:like|please|wish)"
+    r"|as (?:you (?:like|please|wish|prefer|see fit)|(?:it )?suits? you|(?:it )?pleases you)|take your pick"
+    r"|(?:makes?|making) no (?:odds|difference)|(?:all|one and) the same to|all one to me|i[’']?m easy"
+    r"|free (?:to choose|choice)|any of (?:the|those|these|my|our)\b"
+    r"|(?:doesn['’]?t|does not|won['’]?t|will not) (?:really )?(?:bother|trouble|worry)"
     r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them"
     r"|all the same|either of (?:\w+ ){1,6}(?:will|would|can|is|goes)"
     r"|(?:am |['’]m )?not (?:fussy|fussed|bothered|picky)"
@@ -61,12 +64,19 @@ _LEFT_OPEN = re.compile(
 """Says that any of them will do."""
 _CORRECTED = re.compile(
     r"\b(?:i meant?|scratch that|make (?:that|it)|no,? (?:sorry|wait|hang on|hold on)|sorry,? (?:no|not)|correction"
-    r"|on second thoughts?|or rather|strike that|changed my mind)\b",
+    r"|on second thoughts?|or rather|(?:strike|scrap|forget|ignore) that|changed my mind"
+    r"|hang on|hold on|wait,? no|no,? not)\b",
     re.IGNORECASE,
 )
 """Takes something back that was said before."""
 _NOT = frozenset({"isnt", "arent", "wasnt", "werent", "doesnt", "dont", "didnt", "hasnt", "wont", "cant"})
 _TURNING = ("negation", "except", "instead", "conditional")
+_EXCEPTED = re.compile(
+    r"\b(?:with the exception of|exception|apart from|aside from|save for|other than|barring|minus|bar the"
+    r"|(?:all|everything|anything|every one|any|nothing|none|both)(?: of them)? (?:but|save|besides)|but not)\b",
+    re.IGNORECASE,
+)
+"""What is named behind it is to be left alone."""
 _HUES = frozenset({*COLOURS, "gray", "violet", "cyan", "magenta", "turquoise", "gold", "golden"}) - {"wood"}
 
 
@@ -122,7 +132,7 @@ def _passed_over(
     to be left alone."""
     if any(t.text in _LEAVING | _NOT or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
         return
-    if _CORRECTED.search(request) is not None:
+    if _CORRECTED.search(request) is not None or _EXCEPTED.search(request) is not None:
         return
     landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
     about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
@@ -256,12 +266,24 @@ def _points(
             spoken_of |= set(fits) if len(fits) == 1 else set()
             among = set(phrase.ids) if phrase.exactly and len(phrase.ids) == phrase.count else among
         foreign = _foreign(words, i, scene)
-        if foreign is not None and not _if(words, i):
+        if foreign is not None and not _if(words, i) and not _vessel(words, i, moved, scene):
             yield OpenPoint(_lacks(foreign, words[i : i + 2], request))
         if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
             found = resolve_objects(words[i : i + 2], scene, Talk())
-            if isinstance(found, Fault) and found.code == "E301":
+            if isinstance(found, Fault) and found.code == "E301" and not _vessel(words, i, moved, scene):
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
+
+
+def _vessel(words: Sequence[Token], i: int, moved: set[str], scene: Scene) -> bool:
+    """ "That red can on the bar", where one red thing stands there, and the goals move it: what a drink or the like
+    comes in is no other name for it."""
+    k = i + 2 + int(i + 2 < len(words) and words[i + 2].text in _STANDING)
+    if not lexicon().is_(words[i + 1].text, "vessels") or k >= len(words) or words[k].text not in _AT | {"from"}:
+        return False
+    place, _ = place_named(words, k + 1, scene)
+    at = {o.id: o.place for o in scene.map.objects}
+    hued = [o for o in at if words[i].text in scene[o].colour and place is not None and scene.within(at[o], place)]
+    return len(hued) == 1 and hued[0] in moved
 
 
 def _explained(words: Sequence[Token], at: int) -> bool:
@@ -380,12 +402,24 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
             said[:1] == ["any"] and {w for s in said for w in singulars(s)} & scene.generic(False)
         )
         of_places = of_places or any(
-            t.text in scene.generic(False) or t.text in {"side", "end", "level"}
+            t.text in scene.generic(False) or t.text.removesuffix("s") in {"side", "end", "level", "slot", "spot"}
             for t in takewhile(lambda t: t.text not in {"to", "onto", "into", "for", "on"}, tokens(m.group("what")))
         )
+        of_places = of_places or _of_places_alone(request, m.start(), scene)
         if of_places != movable or (not movable and not of_places):
             return True
     return False
+
+
+def _of_places_alone(request: str, at: int, scene: Scene) -> bool:
+    """Whether the sentence that leaves a choice open speaks of places and of no thing: "left of it or right of it, as
+    it suits you"."""
+    words = tokens(request)
+    begin, end = sentence_at(words, next((k for k, t in enumerate(words) if t.start >= at), len(words)))
+    said = words[begin:end]
+    things = any(t.text in scene.colours or scene.word(t, True).text for t in said)
+    places = scene.generic(False) | {"left", "right", "side", "end", "level", "slot", "spot", "position"}
+    return not things and any(t.text in places for t in said)
 
 
 def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:

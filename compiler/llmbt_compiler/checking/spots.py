@@ -33,8 +33,18 @@ _STANDING = frozenset({
     "that", "which", "thats", "is", "stands", "lies", "sits", "currently", "now", "still", "already", "has", "are",
     "directly", "right", "immediately", "just", "up", "down", "there", "with",
 })  # fmt: skip
+_LED = frozenset({"please", "and", "then", "where", "for", "left", "right", "with"})
 _IN = frozenset({"of", "on", "in", "at", "from"})
 _LONGEST = 7
+_UNUSED = tuple(
+    tuple(p.split())
+    for p in (
+        "nobody has", "no one has", "nobodys", "not taken", "isnt taken", "not occupied", "isnt occupied", "not used",
+        "isnt used", "not in use", "isnt in use", "going spare", "going begging", "nobody is using", "nobody uses",
+        "nothing has", "no block has", "still to be had", "has nothing", "untaken", "unused", "not yet taken",
+    )
+)  # fmt: skip
+"""Says of a place that nothing stands there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +188,10 @@ def _after(read: _Read, words: Sequence[Token], scene: Scene) -> _Read | None:
 
 def _nothing(words: Sequence[Token], at: int) -> int:
     """ "Nothing on it", "free", "empty", right here: where it ends."""
+    said = [t.text for t in words[at : at + 4]]
+    unused = next((p for p in _UNUSED if tuple(said[: len(p)]) == p), ())
+    if unused:
+        return at + len(unused)
     if at < len(words) and words[at].text == "nothing":
         end = at + 1
         while end < len(words) and words[end].text in {"is", "on", "in", "it", "yet", "at", "all", "there", "standing"}:
@@ -292,7 +306,18 @@ def _levels(read: _Read, words: Sequence[Token], lo: int, hi: int, scene: Scene)
             deeper = any(scene.map.inside(p.id) for p in scene.map.inside(container))
             if not deeper:
                 found[container] = None
-    return tuple(found)
+    return tuple(found) or tuple(dict.fromkeys(_at_very(read, words, lo, hi, scene)))
+
+
+def _at_very(read: _Read, words: Sequence[Token], lo: int, hi: int, scene: Scene) -> Iterator[str]:
+    """ "Up top", "to the very top", "right at the bottom": the level, where no noun follows."""
+    rows = sorted({c for p in read.pool for c in (next(iter(scene.map.containers(p)), None),) if c}, key=natural)
+    for k in (*range(lo, read.start), *range(read.stop, hi)):
+        after = words[k + 1] if k + 1 < len(words) else None
+        alone = after is None or not (after.word or after.number is not None) or after.text in _LED | _IN
+        led = k > lo and words[k - 1].text in {"the", "very", "up", "on", "at"}
+        if words[k].text in {"top", "bottom"} and alone and led and len(rows) > 1:
+            yield rows[-1] if words[k].text == "top" else rows[0]
 
 
 def _at_level(pool: Sequence[str], level: str, scene: Scene) -> tuple[str, ...]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["REMEMBERED", "hearsay", "uncheckable"]
+__all__ = ["REMEMBERED", "along", "entered", "hearsay", "uncheckable"]
 
 REMEMBERED = frozenset({
     "usual", "favourite", "favorite", "regular", "normal", "preferred", "special", "promised", "ordered", "agreed",
@@ -40,6 +41,10 @@ _STOPS = frozenset({
     ",", ".", ";", ":", "!", "?", "-", "onto", "into", "to", "goes", "should", "must", "belongs", "needs", "shall",
     "and", "gets", "wants", "please", "has", "ought", "can", "could", "would", "will",
 })  # fmt: skip
+_SIDE_NOUNS = frozenset({"side", "edge", "row", "column", "line", "end", "front", "back", "middle", "left", "right"})
+_ENTERING = frozenset({"stands", "sits", "lies", "standing", "sitting", "lying", "waits", "rests"})
+"""Words before a phrase by which its sentence has said where the thing is: "at the left end stands a box"."""
+_ENDMOST = frozenset({"left", "right", "end", "front", "back", "rear", "middle", "leftmost", "rightmost", "corner"})
 _LONGEST = 12
 
 
@@ -65,6 +70,22 @@ def uncheckable(words: Sequence[Token], at: int, scene: Scene, *, opened: bool =
     if words[at].text == "for" or opened:
         return bool(said & _MEMORY)
     return _numbered(scene) or bool(said & _MEMORY)
+
+
+def along(words: Sequence[Token], at: int) -> bool:
+    """ "Down the left-hand side of it", "along the edge", "in the front row": a side that tells, and no destination."""
+    said = [t.text for t in words[at : at + 7]]
+    side = next((k for k, w in enumerate(said) if w in _SIDE_NOUNS), 0)
+    if not side or any(not t.word and t.text != "-" for t in words[at : at + side]):
+        return False
+    return said[0] in {"down", "along"} or (said[0] in {"in", "from", "of"} and said[side] in {"row", "column"})
+
+
+def entered(words: Sequence[Token], i: int) -> bool:
+    """Whether its sentence has told by a side where the thing stands that a phrase names only then: "right at the
+    right-hand end, stands a box"."""
+    before = words[sentence_at(words, i)[0] : i]
+    return bool(before) and before[-1].text in _ENTERING and any(t.text in _ENDMOST for t in before)
 
 
 def _leads(words: Sequence[Token], at: int, scene: Scene) -> bool:
