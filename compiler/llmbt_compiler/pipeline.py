@@ -391,12 +391,11 @@ class _Run:
         return None if self.settled_here(asked, answer) else following
 
     def told_what_lacks(self, asked: Asked) -> Asked:
-        """The model's question, told as what the scene lacks where the request names such a thing."""
+        """The model's question, with what the scene lacks where the request names such a thing."""
         point = lacking(self.context.request, self.context.semantic_map, self.context.library)
         if point is None:
             return asked
-        title = f"{point.diagnostic.title}; {asked.diagnostic.title}"
-        told = replace(point.diagnostic, title=title, help=asked.diagnostic.help, candidates=asked.candidates)
+        told = replace(asked.diagnostic, title=f"{asked.diagnostic.title} ({point.diagnostic.title})")
         return replace(asked, diagnostic=told)
 
     def settled_here(self, asked: Asked, answer: str) -> bool:

@@ -74,9 +74,10 @@ def test_what_the_map_lacks_is_named(scene, request_, reply, lacking):
 
 def test_a_question_of_the_models_says_what_the_request_gets_wrong():
     reply = "QUESTION: Level 2 is empty. Do you mean object 2 or object 6?"
-    code, candidates = asked("Get the block that's on level 2 down to the sorting area.", [reply], scene="cargo_sizes")
-    assert code == "E142"
-    assert set(candidates) == {"object_2", "object_6"}
+    request_ = "Get the block that's on level 2 down to the sorting area."
+    with pytest.raises(LlmbtError, match="names what is not there") as caught:
+        talk(request_, [reply], scene="cargo_sizes")
+    assert set(caught.value.diagnostics[0].candidates) == {"object_2", "object_6"}
 
 
 def test_an_answer_and_the_one_place_of_the_request_are_a_goal():

@@ -102,6 +102,17 @@ class _Request:
     def exchanges(self) -> bool:
         return bool(self.texts & (_EXCHANGE | lexicon().verbs["exchange"]))
 
+    def counted(self, place: str) -> bool:
+        """Whether a place's number stands behind its kind, however it is spelt, or behind a word of where to: "on levl
+        1 ... those go on two"."""
+        e = self.scene[place]
+        return e.number is not None and any(
+            b.number == e.number
+            and b.text != "one"
+            and (lexicon().is_(a.text, "onto", "at") or (bool(w := self.scene.word(a, False).text) and w in e.stem))
+            for a, b in pairwise(self.words)
+        )
+
     def fitting(self, id_: str, *, generic: bool) -> bool:
         """Whether a word or a number may stand for a thing; `generic`: one that stands for any of its kind too."""
         e = self.scene[id_]
@@ -157,13 +168,13 @@ def _place(said: _Request, thing: str, place: str, wanted: bool) -> bool:
     """`wanted`: where the thing stands, something else is to go."""
     scene = said.scene
     if scene[place].person:
-        return bool(said.texts & _GIVING) or said.has("me", "users", "him")
+        return bool(said.texts & _GIVING) or said.has("me", "users", "him") or said.fitting(place, generic=False)
     of = scene.map.place(place)
     if of is not None and of.buffer and (wanted or said.clears):
         return True
     around = {place, *scene.map.containers(place), *(p.id for p in scene.map.inside(place))}
     there = [o.id for o in scene.map.objects if o.place in around and o.id != thing]
-    if around & said.named:
+    if around & said.named or any(said.counted(p) for p in (place, *scene.map.containers(place))):
         return True
     if said.remembered:
         return False

@@ -32,7 +32,7 @@ _SORTS = frozenset({
     "system", "scene", "world", "map", "arrangement", "layout", "instruction", "request", "plan", "job", "task",
     "thirst", "hunger", "appetite", "mood", "day", "morning", "evening", "night", "one", "ones", "fella", "guy",
     "bit", "part", "share", "choice", "selection", "option", "preference", "nothing", "none", "neighbour", "neighbor",
-    "number", "letter", "name", "label",
+    "number", "letter", "name", "label", "discretion", "judgement", "convenience", "leisure",
 })  # fmt: skip
 _TURNING = ("negation", "except", "instead", "conditional")
 _FETCHING = frozenset({"me", "us", "bring", "fetch", "get", "grab", "want"})
@@ -59,7 +59,15 @@ def unknown_names(
             if noun is not None:
                 movable = span.label is Kind.TARGET
                 about = dict.fromkeys(a for g in goals for a in g.condition.args if scene[a].movable == movable)
+                if not movable and about and all(_addressed(a, sentences, scene) for a in about):
+                    continue  # "our guest in the armchair"
                 yield _lacking(sentence.text, noun, tuple(i for i in about if i not in said))
+
+
+def _addressed(id_: str, sentences: Sequence[LabelledStep], scene: Scene) -> bool:
+    """Whether a person is spoken of, however it is spelt: where she sits is then no place to put something."""
+    words = (scene.word(t, False).text for s in sentences for t in tokens(s.text))
+    return scene[id_].person and any(w and scene.fits(scene[id_], w) for w in words)
 
 
 def unknown_place(words: Sequence[Token], scene: Scene) -> Token | None:

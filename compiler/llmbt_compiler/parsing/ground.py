@@ -29,6 +29,7 @@ __all__ = ["Grounding", "Open", "Stop"]
 _LONG = 2000
 _POINTING = ("pronouns", "plural_pronouns")
 _WHOLE = frozenset({"everything", "whatever", "all", "what"})
+_BEGINNING = frozenset({"starting", "beginning"})
 _VAGUE = frozenset({"position", "spot", "place", "location", "it", "stands", "is"})
 
 
@@ -190,7 +191,10 @@ class Grounding:
         aside = self.aside(phrase)
         talk = self.talk() if not aside else replace(self.talk(), targets=(), pending=())
         found = self.narrowed(phrase, talk, at, picking)
-        if aside and isinstance(found, Found):
+        begins = bool(phrase.after) and not phrase.aside and phrase.after[0].text in _BEGINNING
+        if aside and begins and isinstance(found, Found) and set(aside) <= set(found.ids):
+            found = replace(found, ids=(*aside, *(i for i in found.ids if i not in aside)))  # "starting with object 4"
+        elif aside and isinstance(found, Found):
             found = self.agree(phrase, found, aside)
             told = replace(phrase, parts=phrase.aside or phrase.after)  # "the two balls, white and orange, ..."
             found = (self.in_words(told, found) or found) if isinstance(found, Found) else found

@@ -51,6 +51,8 @@ _GOING = frozenset({
     "goes", "go", "takes", "take", "comes", "come", "joins", "join", "belongs", "follows", "replaces", "moves",
     "should", "shall", "must", "ought", "likewise", "too",
 })  # fmt: skip
+_FORMAL = frozenset({"E301", "E302", "E303", "E305", "E306"})
+"""Complaints that another way to put a step may settle."""
 _LONGEST = 10_000
 
 
@@ -114,6 +116,9 @@ class _Walker(Ordering):
             walker.ledger.acts > acts or walker.ledger.standing() != kept.ledger.standing()
         ):
             return walker
+        told = {d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR}
+        if not told <= _FORMAL:
+            return walker  # which one, or that it cannot be, is no question of form
         plain = gist(step, self.scene, kept.talk()) if len(step.text) <= _LONGEST else None
         if plain is None:
             return walker
