@@ -72,10 +72,6 @@ _VAGUE = frozenset(
         "many of", "one or two", "two or three", "a pair of", "part of", "a number of",
     )
 )  # fmt: skip
-_SIDE_NOUNS = frozenset({"side", "edge", "row", "column", "line", "end", "front", "back", "middle", "left", "right"})
-_ENTERING = frozenset({"stands", "sits", "lies", "standing", "sitting", "lying", "waits", "rests"})
-"""Words before a phrase by which its sentence has said where the thing is: "at the left end stands a box"."""
-_ENDMOST = frozenset({"left", "right", "end", "front", "back", "rear", "middle", "leftmost", "rightmost", "corner"})
 _STRESSING = frozenset({"very", "absolute", "absolutely", "single", "actual"})
 _WHICHEVER = frozenset({"whichever", "whatever", "which"})
 _IN_NOUN = _AT | {"that", "there"}
