@@ -23,10 +23,12 @@ _SETTLING = frozenset({"fix", "repair"})
 _TURNING = frozenset({"turn", "rotate", "spin", "swivel", "twist", "flip", "tilt"})
 _WHOLE = frozenset({"round", "around", "over", "upside", "sideways", "degrees", "clockwise", "back", "label", "face"})
 _POINTING = frozenset({"it", "that", "this"})
+_TAKING_BACK = frozenset(
+    {"scratch", "strike", "scrap", "forget", "ignore", "cancel", "cross", "delete", "erase", "hold"}
+)
+"""Said of what was just said, "scratch that", and of no thing."""
 """What is said before: "position 12 should have a block in it; fix that"."""
 _BEFORE = frozenset({"and", "then", "please", "also", "you", "just", "pls", "first", "to"})
-_TAKING_BACK = frozenset({"scratch", "strike", "scrap", "forget", "ignore", "cancel", "delete", "erase", "hold"})
-"""Said of what was just said, "scratch that", and of no thing."""
 _MARKS = ENDS | {":", ","}
 _OBJECT = frozenset({
     "the", "it", "them", "my", "a", "an", "some", "me", "us", "both", "all", "each", "every", "this", "that", "these",

@@ -54,7 +54,7 @@ def too_many(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, lib
         places = _places(words, begin, end, scene)
         yield from _in_two(words, line, named, places, scene)
         yield from _on_one(words, line, named, places, scene)
-        yield from _shared(words, line, begin, end, scene)
+        yield from _shared(words, line, begin, end, places, scene)
         yield from _stacked(words, line, begin, end, named)
 
 
@@ -121,7 +121,9 @@ def _on_one(
         yield Diagnostic("E308", title, span, "too many", "take another place")
 
 
-def _shared(words: Sequence[Token], line: str, begin: int, end: int, scene: Scene) -> Iterator[Diagnostic]:
+def _shared(
+    words: Sequence[Token], line: str, begin: int, end: int, places: Sequence[_Named], scene: Scene
+) -> Iterator[Diagnostic]:
     """ "Both of them sharing that slot", "the two in one slot", "together with the one that's in there"."""
     said = [t.text for t in words[begin:end]]
     slots = {w for w in scene.generic(False) if any(scene.single(p.id) for p in scene.places if scene.fits(p, w))}
@@ -129,9 +131,11 @@ def _shared(words: Sequence[Token], line: str, begin: int, end: int, scene: Scen
     for k, w in enumerate(said):
         after = said[k + 1 : k + 6]
         noun = next((n for n, a in enumerate(after) if set(singulars(a)) & slots), None)
-        share = w in _SHARING and noun is not None
+        on_one = after[:1] in (["it"], ["that"]) and any(scene.single(p.ids[0]) and p.led for p in places)
+        share = w in _SHARING and (noun is not None or on_one)
         single = w in {"in", "on", "into", "onto"} and after[:1] in (["one"], ["a"]) and noun in {1, 2}
         single = single and (after[0] == "one" or "single" in after[1:2]) and bool({"both", "two"} & set(said[:k]))
+        single = single or (w in {"in", "on", "into", "onto"} and after[:4] == ["one", "and", "the", "same"])
         rest = said[k + 2 :]
         joined = [w, *after[:1]] in (["together", "with"], ["along", "with"]) and _in_there(rest)
         if not denied and (share or single or joined):

@@ -497,6 +497,7 @@ def _of_some(words: Sequence[Token], start: int, stop: int, scene: Scene) -> boo
     """Whether "the bigger one" is one of things that are named elsewhere: "of the greens", "one of the two"."""
     two = any(t.text.endswith("er") for t in words[start:stop])
     of = stop < len(words) and words[stop].text == "of"
+    of = of and _all_there_is(words, stop) == stop
     pair = any(t.text == "pair" or (t.word and len(t.text) > 3 and _plural(t, scene)) for t in words[:start])
     return two or of or pair
 
@@ -554,7 +555,16 @@ def _by_neighbour(
 ) -> Meant | None:
     """ "The green block with a yellow neighbour", "that has the red one as its neighbour", or beside it."""
     told = [t.text for t in words[end : end + 2]]
-    at = end + 1 if told[:1] == ["with"] else end + 2 if told in (["that", "has"], ["which", "has"]) else 0
+    whose = len(told) == 2 and told[0] == "whose" and told[1] in _NEIGHBOURS
+    at = (
+        end + 3
+        if whose
+        else end + 1
+        if told[:1] == ["with"]
+        else end + 2
+        if told in (["that", "has"], ["which", "has"])
+        else 0
+    )
     if not at:
         return None
     noun = next((k for k in range(at + 1, min(len(words), at + 8)) if words[k].text in _NEIGHBOURS), None)
@@ -562,7 +572,12 @@ def _by_neighbour(
     ids: tuple[str, ...] = ()
     stop = at
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
-    if mark is not None:
+    if whose:
+        every = world.every(words[at : at + 1], True) if at < len(words) else None
+        plain = isinstance(every, tuple) and words[at].text in scene.colours
+        ids = mark.ids if mark is not None else every[0] if isinstance(every, tuple) and plain else ()
+        stop = mark.end if mark is not None else at + 1
+    elif mark is not None:
         of = next((r for r in relations(words) if r.start == mark.end and r.name == "next"), None)
         behind = of is not None and (bool(of.owner) or [t.text for t in words[of.end : of.end + 1]] == ["it"])
         as_its = noun is not None and mark.end < noun and words[mark.end].text in {"as", "for"}
@@ -591,7 +606,8 @@ def _goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
     after = list(takewhile(lambda t: t.text not in {".", ";", "!", "?"}, words[stop:]))
     said = _verbs(words[:start])
     others = any(t.text in _OTHERS for t in words[sentence_at(words, start)[0] : start])
-    return any(t.text in _ONTO for t in after) or bool(said and said[-1] in _FETCHING) or others
+    aside = any(t.text in {"over", "along", "sideways"} for t in after)
+    return aside or any(t.text in _ONTO for t in after) or bool(said and said[-1] in _FETCHING) or others
 
 
 def _plain(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:

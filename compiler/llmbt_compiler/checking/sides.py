@@ -106,7 +106,8 @@ def sideways(words: Sequence[Token], placed: Sequence[tuple[str, ...]], scene: S
         aside = t.text == "sideways" or [w.text for w in words[i - 1 : i + 1]] in (["the", "side"], ["one", "side"])
         ends = i + 1 == len(words) or not words[i + 1].word or words[i + 1].text in {"please", "and", "on"}
         over = t.text in {"over", "along", "across"} and counted is not None and ends
-        if not (aside or over) or set(said) & _SIDES:
+        by = t.text in _STEPS and i - 2 >= begin and words[i - 2].text == "by" and _count(words[i - 1]) and ends
+        if not (aside or over or by) or set(said) & (_SIDES | {"up", "down", "sideways"} - {t.text}):
             continue
         count = next((int(n) for a, b in pairwise(words[begin:end]) if b.text in _STEPS and (n := _count(a))), 1)
         for one, place in ((a[0], a[1]) for a in placed):

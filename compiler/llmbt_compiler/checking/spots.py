@@ -306,7 +306,8 @@ def _levels(read: _Read, words: Sequence[Token], lo: int, hi: int, scene: Scene)
             deeper = any(scene.map.inside(p.id) for p in scene.map.inside(container))
             if not deeper:
                 found[container] = None
-    return tuple(found) or tuple(dict.fromkeys(_at_very(read, words, lo, hi, scene)))
+    found |= dict.fromkeys(_at_very(read, words, lo, hi, scene)) if not found else {}
+    return tuple(found)
 
 
 def _at_very(read: _Read, words: Sequence[Token], lo: int, hi: int, scene: Scene) -> Iterator[str]:
