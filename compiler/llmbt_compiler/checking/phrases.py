@@ -46,7 +46,7 @@ _AT = frozenset({"on", "in", "at", "from", "of", "off"})
 _DOWN = frozenset({"down", "up", "over", "out", "back"})
 _ENDING = frozenset({"on", "onto", "in", "into", "at", "from", "to", "and", ",", ".", "then", "over"})
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "next", "beside", "between", "above", "below"})
-MASS = frozenset({"cargo", "good", "everything"})
+MASS = frozenset({"cargo", "good", "everything", "stuff"})
 _PUTTING = frozenset({"put", "place", "set", "move", "lay", "position", "stand", "shift", "drop", "stow", "store"})
 _FETCHING = frozenset({"pick", "take", "bring", "get", "fetch", "grab", "give", "hand", "want", "need", "collect"})
 _OPENING = frozenset({".", ",", ";", ":", "!", "?", "and", "then"})
@@ -373,7 +373,7 @@ def _noun(words: Sequence[Token], i: int, scene: Scene) -> int:
         if hearsay(words, j, scene):
             continue
         word = scene.word(t, True)
-        if not word.text or word.corrected or word.text in MASS:
+        if not word.text or word.corrected or {word.text, t.text} & MASS:
             return 0
         if word.text in scene.colours:
             if _is_all(t, after, word.plural, scene):

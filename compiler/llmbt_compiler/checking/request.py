@@ -418,8 +418,9 @@ def _of_places_alone(request: str, at: int, scene: Scene) -> bool:
     begin, end = sentence_at(words, next((k for k, t in enumerate(words) if t.start >= at), len(words)))
     said = words[begin:end]
     things = any(t.text in scene.colours or scene.word(t, True).text for t in said)
-    places = scene.generic(False) | {"left", "right", "side", "end", "level", "slot", "spot", "position"}
-    return not things and any(t.text in places for t in said)
+    places = scene.generic(False) | {"side", "end", "level", "slot", "spot", "position"}
+    sides = any(a.text in {"left", "right"} and b.text == "of" for a, b in pairwise(said))
+    return not things and (sides or any(t.text in places for t in said))
 
 
 def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:

@@ -22,7 +22,7 @@ from llmbt_ir.semantic_map import SemanticMap
 
 _TOO_FAR = ("there is no", "the scene has no `")
 """How E302 begins where a place is counted that is not there, and not just a name unknown."""
-_MORE = frozenset({",", "(", "that", "which", "who", "whose"})
+_MORE = frozenset({",", "(", "that", "which", "who", "whose", "you", "i", "we", "they"})
 
 __all__ = ["second_reading", "witnessed"]
 
