@@ -236,10 +236,9 @@ def _told_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
     any_ = words[i].text in {"whatever", "what"} and i + 1 < len(words) and words[i + 1].text != "you"
     end = i + 2 if one else i + 1
     before = words[:i]
-    named = any(scene[m.id].movable for m in mentions_in(before, scene))
-    if not (one or any_) or named or any(t.text in scene.colours for t in before):
+    if not (one or any_) or any(t.text in scene.colours for t in before):
         return None
-    if not uncheckable(words, end, scene, opened=any_):
+    if not uncheckable(words, end, scene, opened=any_) or any(scene[m.id].movable for m in mentions_in(before, scene)):
         return None
     return Meant(i, end, tuple(sorted((e.id for e in scene.objects), key=natural)))
 

@@ -62,8 +62,9 @@ def _named(parts: Sequence[Token], scene: Scene) -> str | None:
         return None
     if lexicon().is_(parts[0].text, "articles", "at", "from", "all") or not any(t.word for t in parts):
         return None
+    spelt = _spelt(parts)
     for pool in (scene.objects, scene.places):
-        hits = [e for e in pool if _spelt(parts) in e.keys]
+        hits = [e for e in pool if spelt in e.keys]
         if len(hits) == 1:
             return hits[0].id
     if parts[-1].number is None or any(lexicon().is_(t.text, "at", "from", "onto") for t in parts):

@@ -11,7 +11,7 @@ import tomllib
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from itertools import groupby
 
 from llmbt_compiler.keywords.slips import respelt
@@ -137,6 +137,7 @@ def _runs(text: str) -> Iterator[tuple[str, int, int]]:
         at += length
 
 
+@lru_cache(maxsize=4096)
 def tokens(text: str, start: int = 0, end: int | None = None) -> tuple[Token, ...]:
     """The tokens of ``text[start:end]``, offsets counted in `text`.
 
