@@ -45,12 +45,15 @@ _SAID = re.compile(
     r"[,;.\u2013\u2014(-]\s*(?:oh,?\s+)?(?:no|sorry|scratch\s+that|oops|correction)\b(?:\s+wait)?\s*[,:\u2013\u2014]",
     re.IGNORECASE,
 )
+_CUT = re.compile(r"\s[b-hj-z]$")
+"""A lone letter at the end: the first of a word that the reply has no more room for."""
 
 
 def doubts(step: LabelledStep, scene: Scene) -> Iterator[Extent]:
-    """Where a step takes its order back, leaves it open, or tells of another who does it or has done it."""
+    """Where a step takes its order back, leaves it open, breaks off, or tells of another who does it or has done it."""
     if len(step.text) > _SHORT:
         return
+    yield from (Extent(*m.span()) for m in _CUT.finditer(step.text) if any(s.end == m.start() for s in step.spans))
     yield from (Extent(*m.span()) for m in _RETRACTED.finditer(step.text))
     yield from (Extent(*m.span()) for m in _SAID.finditer(step.text))
     for pattern in (_ASKING, _DID):
