@@ -51,7 +51,9 @@ def test_list_tells_where_recordings_come_from(llmbt, tape, endpoint, tmp_path):
     endpoint.says("1. Put object 5 on position 31.")
     made = tmp_path / "tapes" / "model.yaml"
     order = ["--base-url", endpoint.url, "--model", "fake-1", "--cassette", made, "--price", "2/10"]
-    code, _ = llmbt("compile", "Put object 5 on position 31.", "--scene", "cargo_sorting", "--record", *order, "-o", tmp_path / "q")
+    code, _ = llmbt(
+        "compile", "Put object 5 on position 31.", "--scene", "cargo_sorting", "--record", *order, "-o", tmp_path / "q"
+    )
     assert code == 0
     code, document = llmbt("cassette", "list", tape.path.parent)
     assert code == 0
