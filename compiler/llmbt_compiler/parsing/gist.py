@@ -19,6 +19,7 @@ from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.rewording import reworded
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.statements import STATIVE
 from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of, travel_template
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
@@ -27,8 +28,8 @@ __all__ = ["gist"]
 _LONGEST = 60
 _NP = 9
 _BELONGING = frozenset({
-    "goes", "go", "going", "belong", "belongs", "end", "ends", "be", "is", "are", "up", "find", "finds", "fit",
-    "fits", "receive", "receives", "accommodate", "house", "host", "occupy", "occupies", "fill", "fills",
+    "goes", "go", "going", "belong", "belongs", "end", "ends", "be", "is", "are", "up", "find", "finds",
+    "receive", "receives", "accommodate", "house", "host", "occupy", "occupies", "fill", "fills",
     "filled", "waits", "waiting", "reserved", "destined", "meant", "intended", "bound", "headed", "heading",
     "home", "stop", "destination", "target", "due", "set", "aside", "earmarked", "designated", "assigned",
     "allocated", "wanted", "needed", "needs", "need", "want", "wants", "like", "see", "have", "get", "gets",
@@ -76,7 +77,7 @@ _GOAL = frozenset({"to", "into", "onto", "on", "in", "at", "for", "toward", "tow
 _TO = frozenset({"to", "into", "onto", "for", "toward", "towards"})
 _REFERRING = frozenset({"it", "them", "they", "both"})
 _POLITE = re.compile(r"^\W*(?:please\s+)?(?:could|would|can|will|might|may)\b", re.IGNORECASE)
-_MAYBE = frozenset({"may", "might", "could", "can"})
+_MAYBE = frozenset({"may", "might", "could", "can", "would"})
 _TRAVELLING = frozenset(
     {"over", "back", "off", "on", "please", "now", "next", "then", "to", "the", "and", "first", "go"}
 )
@@ -108,7 +109,7 @@ def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
     named = _named(line, scene, talk)
     free = [t for i, t in enumerate(line) if not any(n.start <= i < n.end for n in named) and t.text != "?"]
     said = {t.text for t in free}
-    if "been" in said or (said & _MAYBE and not said & {"you", "we", "i"}):
+    if "been" in said or said & STATIVE or (said & _MAYBE and not said & {"you", "we", "i"}):
         return None  # what is so, or may be
     if len(named) == 1 and named[0].thing and said & _GRIP and said <= _GRIPPING:
         return _written(step, [("pick", _cut(step, line, named[0]), "")])

@@ -14,6 +14,7 @@ from llmbt_compiler.parsing.mentions import mentioned_in
 from llmbt_compiler.parsing.model import Extent, NoteKind
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found
 from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.statements import describes, predicate
 from llmbt_compiler.parsing.verbs import Shape, Verb, read_verb, shape_of
 from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
 from llmbt_ir.diagnostics import Severity
@@ -77,6 +78,11 @@ class Ordering(Acting):
         if self.past(clause):
             self.mention(things)
             self.left_out(clause, "is said to have been done")
+            return
+        if describes(
+            self.now.text, clause.extent, min((p.extent.start for p in things.phrases), default=clause.extent.end)
+        ):
+            self.complain("E314", "it is said how things are, and not what is to be done", clause.extent, "do what?")
             return
         things = self.alone(verb, things)
         if self.goes(clause, verb, things):
@@ -239,11 +245,17 @@ class Ordering(Acting):
         if things.targets and not things.destinations and self.likewise():
             self.again(clause, things)
             return
-        if things.targets and things.destinations and templates:
+        if things.targets and things.destinations and templates and not self.predicate(things):
             self.note(NoteKind.INFERRED, f"no action is named: read as `{templates[0].name}`", clause.extent)
             self.act(clause, Verb("", templates[0].name, templates), things)
             return
         self.complain("E305", "no action is named", clause.extent, "do what?", "begin the step with a verb")
+
+    def predicate(self, things: Group) -> str:
+        """The first word between a thing and its place that says something else than that it goes there."""
+        place = min(p.extent.start for p in things.destinations)
+        ends = [p.extent.end for p in things.targets if p.extent.end <= place]
+        return predicate(self.now.text, max(ends), place, self.scene) if ends else ""
 
     def likewise(self) -> bool:
         """Whether a step without an action says that it is as the one before ("same for object 2", "object 2 too")."""

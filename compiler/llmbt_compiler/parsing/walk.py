@@ -34,6 +34,7 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.scoped import left_out_first
 from llmbt_compiler.parsing.sequence import in_time
 from llmbt_compiler.parsing.space import arrangement, certainty, related
+from llmbt_compiler.parsing.statements import asks_a_fact
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
 from llmbt_compiler.parsing.words import lexicon, tokens
@@ -185,14 +186,22 @@ class _Walker(Ordering):
     def errors(self) -> int:
         return sum(d.severity is Severity.ERROR for d in self.diagnostics)
 
+    def passed_over(self, step: LabelledStep, whole: Extent) -> bool:
+        """A step that is too long, too uncertain, or a question for information is not read; why is noted."""
+        if len(step.text) > _LONGEST:
+            self.complain("E313", f"step {step.number} is longer than {_LONGEST} characters", Extent(-1, -1))
+        elif certainty(step) < self.threshold and step.spans:
+            self.unsure(step)
+        elif asks_a_fact(step.text):
+            self.note(NoteKind.LEFT_OUT, "the step asks how things are; nothing is to be done", whole)
+        else:
+            return False
+        return True
+
     def step(self, step: LabelledStep) -> None:
         self.now = step
         whole = Extent(0, len(step.text))
-        if len(step.text) > _LONGEST:
-            self.complain("E313", f"step {step.number} is longer than {_LONGEST} characters", Extent(-1, -1))
-            return
-        if certainty(step) < self.threshold and step.spans:
-            self.unsure(step)
+        if self.passed_over(step, whole):
             return
         spared = left_out_first(step, self.scene)
         self.spared = spared[0] if spared is not None else ()

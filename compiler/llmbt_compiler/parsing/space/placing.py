@@ -271,9 +271,6 @@ class Placing(Ranking):
             return
         container, extent = self.container(stop, extent)
         exact = self.exactly(stop)
-        before = self.just_before(relation) if exact is None and head is None else None
-        if before is not None:
-            exact, extent = (before[0], extent.end), Extent(before[1], extent.end)
         if exact is None and container is None and head is not None and kind is None:
             container = self.named_place(head)
             if container is not None and self.walk.scene.single(container):
@@ -293,7 +290,10 @@ class Placing(Ranking):
 
     def named_place(self, head: Phrase) -> str | None:
         """The one place that a phrase names by itself, and not only by its relation."""
-        generic = all(not t.word or t.text in self.walk.scene.generic(False) or _little(t) for t in head.parts)
+        scene = self.walk.scene
+        generic = all(
+            t.number is None and (not t.word or t.text in scene.generic(False) or _little(t)) for t in head.parts
+        )
         return None if generic else self.walk.quiet_place(replace(head, relation=""))
 
     def there(self, relation: Relation) -> str | None:
@@ -341,17 +341,6 @@ class Placing(Ranking):
         if place is None or not self.walk.scene.single(place[0]):
             return None
         return place[0], after[place[1] - 1].end
-
-    def just_before(self, relation: Relation) -> tuple[str, int] | None:
-        """ "On position 12, next to object 1": the position itself, and where its name begins."""
-        end = relation.start
-        while end and self.line[end - 1].text in {",", "("}:
-            end -= 1
-        led = next((k for k in range(end - 1, max(-1, end - 5), -1) if self.line[k].text in ONTO), None)
-        place = self.place_at(self.line[led + 1 : end]) if led is not None and end < relation.start else None
-        if led is None or place is None or led + 1 + place[1] != end or not self.walk.scene.single(place[0]):
-            return None
-        return place[0], self.line[led + 1].start
 
     def container(self, stop: int, extent: Extent) -> tuple[str | None, Extent]:
         """ "... on shelf level 2" after a relation: the positions are sought there."""
