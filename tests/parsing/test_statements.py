@@ -42,6 +42,16 @@ def read(text: str, scene: tuple[SemanticMap, Library]) -> tuple[set[str], set[s
         "Object 2 might be better on position 34.",
         "Object 2 would look nice on position 34.",
         "Object 2 was meant to be on position 34.",
+        "Object 2 should fit on position 34.",
+        "Position 34 is where object 2 stands.",
+        "Position 34 suits object 2.",
+        "Position 34 holds object 2.",
+        "Position 34 is large enough for object 2.",
+        "I see object 2 on position 34.",
+        "I have object 2 on position 34.",
+        "I love object 2 on position 34.",
+        "You can find object 2 on position 34.",
+        "On position 34 there is object 2.",
     ],
 )
 def test_how_things_are_is_no_goal(swap, text):
@@ -60,10 +70,20 @@ def test_how_things_are_is_no_goal(swap, text):
         "Object 2 should stand on position 34.",
         "Object 2 belongs on position 34.",
         "Object 2 goes to position 34.",
+        "Object 2 has to sleep on position 34.",
+        "I'd like object 2 on position 34.",
+        "I would love to see object 2 on position 34.",
+        "There is to be object 2 on position 34.",
+        "Position 34 is the place for object 2.",
     ],
 )
 def test_orders_in_another_form_are(swap, text):
     assert read(text, swap) == ({"On(object_2, position_34)"}, set())
+
+
+def test_what_is_said_to_be_there_is_what_it_means(swap):
+    steps = ["There is object 1 on position 12.", "Put it on position 34."]
+    assert {str(g.condition) for g in parse(tagged(steps, "default"), *swap).goals} == {"On(object_1, position_34)"}
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.rewording import reworded
 from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.statements import STATIVE
+from llmbt_compiler.parsing.statements import STATIVE, states_a_fact
 from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of, travel_template
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
@@ -109,7 +109,12 @@ def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
     named = _named(line, scene, talk)
     free = [t for i, t in enumerate(line) if not any(n.start <= i < n.end for n in named) and t.text != "?"]
     said = {t.text for t in free}
-    if "been" in said or said & STATIVE or (said & _MAYBE and not said & {"you", "we", "i"}):
+    if (
+        states_a_fact(step.text)
+        or "been" in said
+        or said & STATIVE
+        or (said & _MAYBE and not said & {"you", "we", "i"})
+    ):
         return None  # what is so, or may be
     if len(named) == 1 and named[0].thing and said & _GRIP and said <= _GRIPPING:
         return _written(step, [("pick", _cut(step, line, named[0]), "")])

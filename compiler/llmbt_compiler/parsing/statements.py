@@ -4,34 +4,55 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.words import lemmas, lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lemmas, lexicon, tokens
 
-__all__ = ["STATIVE", "asks_a_fact", "describes", "predicate"]
+__all__ = ["STATIVE", "asks_a_fact", "describes", "predicate", "states_a_fact"]
 
 _ASKS = re.compile(
     r"^\W*(?:(?:did|does|was|were|has|had)\b|(?:is|are)\s+(?!it\b|there\b|you\b|this\b|that\b)"
     r"|have\s+(?:you|they|we|I)\b|(?:should|shall)\s+(?:I|we)\b)[^?.!]*\?\W*$",
     re.IGNORECASE,
 )
+_ONE_CLAUSE = r"(?:(?!\b(?:and|so|but|then|please)\b)[^,;:.!?])*[.!]?\s*$"
+_STATES = re.compile(
+    r"^\W*(?:(?:I|we|they)\s+(?:can\s+|could\s+|already\s+|currently\s+|now\s+|just\s+|really\s+|still\s+)*"
+    r"(?:see|saw|find|found|notice|noticed|spot|spotted|observe|observed|detect|detected|remember|have|had|know|knew"
+    r"|think|thought|believe|guess|love|like|liked|enjoy)\s+(?!to\b)"
+    r"|you\s+(?:can|will|may|might)\s+(?:see|find|notice|spot)\b"
+    r"|(?:(?:on|in|at)\s+[^,;:.!?]{1,40}\s+)?there(?:\s+is|\s+are|'s)\s+(?!to\b)"
+    r"|(?!(?:the\s+)?(?:robot|arm|gripper|hand)\b)[^,;:.!?]{1,60}\s(?:suits|fits|holds|contains|is\s+where|is\s+(?:\w+\s+)?(?:free|empty|enough|suitable)\s+for)\b)"
+    + _ONE_CLAUSE,
+    re.IGNORECASE,
+)
 _STANDING = frozenset({"stand", "sit", "lie", "rest", "fit", "suit", "hang", "lean"})
-STATIVE = frozenset({"stands", "sits", "lies", "rests", "fits", "suits", "hangs", "leans"})
-"""Said of a thing in the third person, these tell how it is."""
+_UNDUE = frozenset({"fit", "suit", "look"})
+"""What no robot can see to: it is so or it is not."""
+STATIVE = _UNDUE | {"stands", "sits", "lies", "rests", "hangs", "leans", "looks", "fits", "suits"}
+"""Said of a thing, these tell how it is."""
 _PERHAPS = frozenset({"would", "could", "might", "may", "can"})
 _LINKS = frozenset({
     "go", "goes", "belong", "belongs", "be", "being", "is", "are", "end", "ends", "has", "have", "had", "need", "needs",
     "should", "must", "shall", "will", "can", "ought", "come", "comes", "stand", "sit", "lie", "lying", "standing",
     "sitting", "placed", "put", "set", "moved", "brought", "want", "wants", "live", "deserve", "deserves", "use",
-    "destination", "switch", "id", "due",
+    "destination", "switch", "id", "due", "get", "gets", "getting",
 })  # fmt: skip
 """Words by which a thing comes to its place in a sentence without a verb that puts it there."""
+_OBLIGED = frozenset({"must", "shall", "should"})
+_OBLIGED_TO = frozenset({"has", "have", "needs", "need", "ought", "wants", "want", "is", "are"})
 
 
 def asks_a_fact(text: str) -> bool:
     """Whether a step is a question for information, and no order in the form of one ("could you ...?")."""
     return _ASKS.match(text) is not None
+
+
+def states_a_fact(text: str) -> bool:
+    """Whether a step, one clause, says what is seen, known, liked or there, and orders nothing."""
+    return _STATES.match(text) is not None
 
 
 def describes(text: str, action: Extent, subject: int) -> bool:
@@ -42,15 +63,24 @@ def describes(text: str, action: Extent, subject: int) -> bool:
     said = action.cut(text).casefold()
     lead = [t.text for t in tokens(text, subject, action.start)][-1:]
     stands = not _STANDING.isdisjoint(lemmas(said))
-    return stands and (said not in _STANDING or bool(set(lead) & _PERHAPS))
+    return stands and (said not in _STANDING or bool(set(lead) & _PERHAPS) or said in _UNDUE)
 
 
 def predicate(text: str, start: int, end: int, scene: Scene) -> str:
     """A word of text[start:end], between a thing and a place, that says something else of the thing than that it goes
-    there ("might be *better* on"); empty where there is none."""
-    for t in tokens(text, start, end):
+    there ("might be *better* on"); empty where there is none. What it has to do there ("has to *sleep* at") is an order
+    to bring it there, whatever it is."""
+    line = tokens(text, start, end)
+    for i, t in enumerate(line):
         known = t.text in _LINKS or t.text in lexicon().known or t.text in lexicon().sizes or t.text.endswith("est")
         named = any(w.text and not w.corrected for w in (scene.word(t, True), scene.word(t, False)))
-        if t.word and t.number is None and len(t.text) > 1 and not known and not named:
+        if t.word and t.number is None and len(t.text) > 1 and not known and not named and not _obliged(line[: i + 1]):
             return t.text
     return ""
+
+
+def _obliged(line: Sequence[Token]) -> bool:
+    """Whether the words before the last one, a verb, make a duty of it: "must", "has to"."""
+    *lead, verb = (t.text for t in line)
+    duty = lead[-1:] and (lead[-1] in _OBLIGED or (lead[-1] == "to" and not _OBLIGED_TO.isdisjoint(lead[-2:-1])))
+    return bool(duty) and verb not in _UNDUE

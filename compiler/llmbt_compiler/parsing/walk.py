@@ -34,7 +34,7 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.scoped import left_out_first
 from llmbt_compiler.parsing.sequence import in_time
 from llmbt_compiler.parsing.space import arrangement, certainty, related
-from llmbt_compiler.parsing.statements import asks_a_fact
+from llmbt_compiler.parsing.statements import asks_a_fact, states_a_fact
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
 from llmbt_compiler.parsing.words import lexicon, tokens
@@ -192,8 +192,10 @@ class _Walker(Ordering):
             self.complain("E313", f"step {step.number} is longer than {_LONGEST} characters", Extent(-1, -1))
         elif certainty(step) < self.threshold and step.spans:
             self.unsure(step)
-        elif asks_a_fact(step.text):
-            self.note(NoteKind.LEFT_OUT, "the step asks how things are; nothing is to be done", whole)
+        elif asks_a_fact(step.text) or states_a_fact(step.text):
+            self.note(NoteKind.LEFT_OUT, "the step asks or says how things are; nothing is to be done", whole)
+            self.mentioned = mentioned(step, self.scene, self.scene.objects)
+            self.remarked(forbidden=False)
         else:
             return False
         return True
