@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from llmbt_compiler.checking.phrases import meant_objects
+from llmbt_compiler.checking.referring import meant_objects
 from llmbt_compiler.parsing.mentions import Mention, mentions_in
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
+from llmbt_compiler.checking.referring import Meant, meant_objects, place_named
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in

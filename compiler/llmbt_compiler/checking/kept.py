@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from llmbt_atl.library import Library
-from llmbt_compiler.checking.phrases import landmark, meant_objects
+from llmbt_compiler.checking.referring import landmark, meant_objects
 from llmbt_compiler.checking.sentences import one_line, sentence_at, span_of
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in

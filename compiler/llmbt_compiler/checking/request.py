@@ -13,7 +13,7 @@ from itertools import pairwise, takewhile
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.doubts import doubted
-from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
+from llmbt_compiler.checking.referring import Meant, meant_objects, place_named
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
 from llmbt_compiler.checking.sides import beside, nothing_beyond, shifts, sideways
 from llmbt_compiler.checking.spots import meant_places

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from llmbt_compiler.checking.phrases import Meant, landmark
+from llmbt_compiler.checking.referring import Meant, landmark
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
