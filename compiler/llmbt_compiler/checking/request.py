@@ -135,6 +135,9 @@ def _passed_over(
     if _CORRECTED.search(request) is not None or _EXCEPTED.search(request) is not None:
         return
     landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
+    moved = {g.condition.args[0] for g in parsed.goals if g.condition.args}
+    told = [m for m in meant_objects(words, request, scene) if m.stop and moved & set(m.ids)]
+    landmarks |= {id(t) for m in told for t in words[m.start : m.stop]}  # "the green neighbour of the red block"
     about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
     about |= {i for m in parsed.moves for i in (m.target, m.place)}
     for start, end, ids in _mentions(words, scene):
@@ -191,7 +194,7 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
 def _doubted(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """ "Up to 31. Or was it 33?": two of a kind, and the user does not know which."""
     about = {a for g in goals for a in g.condition.args}
-    for i, pair in doubted(words, request, scene):
+    for i, pair in doubted(words, scene):
         hit = {id_: [a for a in about if a == id_ or (not scene[id_].movable and scene.within(a, id_))] for id_ in pair}
         taken = [id_ for id_ in pair if hit[id_]]
         if len(taken) == 1:
