@@ -11,8 +11,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from llmbt_atl.library import Library
+from llmbt_compiler.checking.choices import left_open
 from llmbt_compiler.checking.referring import MASS, meant_objects
-from llmbt_compiler.checking.request import OpenPoint, left_open
+from llmbt_compiler.checking.request import OpenPoint
 from llmbt_compiler.checking.sentences import one_line
 from llmbt_compiler.parsing import Goal, LabelledStep, ParseResult, parse
 from llmbt_compiler.parsing.scene import Scene
