@@ -12,6 +12,8 @@ from llmbt_compiler.parsing.words import Token, singulars, tokens
 
 __all__ = ["left_open"]
 
+_SPOTS = frozenset({"side", "end", "level", "slot", "spot", "place", "position"})
+
 _LEFT_OPEN = re.compile(
     r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"
     r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
@@ -21,6 +23,7 @@ _LEFT_OPEN = re.compile(
     r"|(?:doesn['’]?t|does not|won['’]?t|will not) (?:really )?(?:bother|trouble|worry)"
     r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them"
     r"|all the same|either (?:of (?:\w+ ){1,6})?(?:one )?(?:will|would|can|is|goes|works|does)|either['’](?:s|ll)"
+    r"|either (?:side|end|place|spot|slot|position|level|way)\b"
     r"|(?:dealer|robot|driver)['’]s choice|(?:your|its) call|at random|(?:toss|flip) a coin|(?:suit|please) yourself"
     r"|leave (?:it|that|this|the \w+) (?:entirely |all |up )?to (?:you|the robot)"
     r"|(?:just )?(?:pick|choose) (?:any|one)\b(?! of| up| from)"
@@ -52,11 +55,13 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
         said = [t.text for t in tokens(m.group(0)[: m.start("what") - m.start()])]
         if said == ["whichever"] and re.search(r"\b(?:is|are) the \w+(?:est|most|er)\b", request[m.end() :]):
             continue  # "whichever item on the table is the rightmost one"
-        of_places = "where" in said or bool(
-            said[:1] == ["any"] and {w for s in said for w in singulars(s)} & scene.generic(False)
+        of_places = (
+            "where" in said
+            or bool(_SPOTS & set(said))
+            or bool(said[:1] == ["any"] and {w for s in said for w in singulars(s)} & scene.generic(False))
         )
         of_places = of_places or any(
-            t.text in scene.generic(False) or t.text.removesuffix("s") in {"side", "end", "level", "slot", "spot"}
+            t.text in scene.generic(False) or t.text.removesuffix("s") in _SPOTS
             for t in takewhile(lambda t: t.text not in {"to", "onto", "into", "for", "on"}, tokens(m.group("what")))
         )
         of_places = of_places or _of_places_alone(request, m.start(), scene)
@@ -72,6 +77,6 @@ def _of_places_alone(request: str, at: int, scene: Scene) -> bool:
     begin, end = sentence_at(words, next((k for k, t in enumerate(words) if t.start >= at), len(words)))
     said = words[begin:end]
     things = any(t.text in scene.colours or scene.word(t, True).text for t in said)
-    places = scene.generic(False) | {"side", "end", "level", "slot", "spot", "position"}
+    places = scene.generic(False) | _SPOTS
     sides = any(a.text in {"left", "right"} and b.text == "of" for a, b in pairwise(said))
     return not things and (sides or any(t.text in places for t in said))
