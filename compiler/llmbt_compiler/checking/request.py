@@ -122,8 +122,9 @@ def _passed_over(
     landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
     about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
     about |= {i for m in parsed.moves for i in (m.target, m.place)}
+    chosen = any(t.text == "either" for t in words) or left_open(words, request, scene, movable=True)
     for start, end, ids in _mentions(words, scene):
-        if _aside(words, start):
+        if _aside(words, start) or (chosen and _alternative(words, start, end)):
             continue
         if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
             named = request[words[start].start : words[end - 1].end]
@@ -132,6 +133,11 @@ def _passed_over(
                 Diagnostic("E143", title, span_of(words[start:end], request), "no goal is about it",
                            "say it again in other words, or leave it out", candidates=ids[:6])
             )  # fmt: skip
+
+
+def _alternative(words: Sequence[Token], start: int, end: int) -> bool:
+    """Whether an "or" stands right before or behind what is named."""
+    return "or" in {t.text for t in (*words[max(0, start - 2) : start], *words[end : end + 2])}
 
 
 def _aside(words: Sequence[Token], start: int) -> bool:
