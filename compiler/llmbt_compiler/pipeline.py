@@ -21,6 +21,7 @@ from llmbt_compiler.checking import (
     moved_all_the_same,
     obstacles,
     open_points,
+    second_reading,
     too_many,
     unable,
     ungrounded,
@@ -200,6 +201,7 @@ class _Run:
                 asked = from_diagnostics(parsed.diagnostics, context.semantic_map, context.library)
                 if asked is None:
                     raise LlmbtError(*parsed.errors(), exit_code=parsed.exit_code)
+                self.refuse_the_impossible()
             else:
                 self.refuse_contradictions(parsed)
                 self.refuse_inability()
@@ -231,6 +233,20 @@ class _Run:
             request, library = self.context.request, self.context.library
             kept = moved_all_the_same(request, parsed.goals, semantic_map, library)
             found = (*found, *kept, *too_many(request, parsed.goals, semantic_map, library))
+        if found:
+            raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
+
+    def refuse_the_impossible(self) -> None:
+        """A request that cannot be carried out is no matter for a question about the steps."""
+        if self.context.stated is not None or self.settled or "reason" not in self.values:
+            return
+        self.refuse_inability()
+        semantic_map, library = self.context.semantic_map, self.context.library
+        own = second_reading(self.sentences(), semantic_map, library).goals
+        found = (
+            *too_many(self.context.request, own, semantic_map, library),
+            *moved_all_the_same(self.context.request, own, semantic_map, library),
+        )
         if found:
             raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
 

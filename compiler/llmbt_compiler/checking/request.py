@@ -9,11 +9,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, takewhile
+from itertools import pairwise
 
 from llmbt_atl.library import Library
+from llmbt_compiler.checking.choices import left_open
 from llmbt_compiler.checking.doubts import doubted
-from llmbt_compiler.checking.referring import Meant, meant_objects, place_named
+from llmbt_compiler.checking.levels import levels_from
+from llmbt_compiler.checking.referring import Meant, meant_objects, place_named, told_apart
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
 from llmbt_compiler.checking.sides import beside, nothing_beyond, shifts, sideways
 from llmbt_compiler.checking.spots import meant_places
@@ -30,7 +32,7 @@ from llmbt_ir.diagnostics import Diagnostic, Severity
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["VERBS", "OpenPoint", "lacking", "left_open", "open_points"]
+__all__ = ["VERBS", "OpenPoint", "lacking", "open_points"]
 
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
@@ -45,23 +47,6 @@ _MUST = frozenset({"has", "must", "should", "goes", "belongs", "needs", "ought"}
 _ABOUT = frozenset({"that", "which", "you", "i", "we", "with", "one", "people", "everybody", "everyone", "they", "for"})
 _STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "lies", "lying", "sits", "sitting"})
 _AT = frozenset({"on", "in", "at"})
-_LEFT_OPEN = re.compile(
-    r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"
-    r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
-    r"|as (?:you (?:like|please|wish|prefer|see fit)|(?:it )?suits? you|(?:it )?pleases you)|take your pick"
-    r"|(?:makes?|making) no (?:odds|difference)|(?:all|one and) the same to|all one to me|i[’']?m easy"
-    r"|free (?:to choose|choice)|any of (?:the|those|these|my|our)\b"
-    r"|(?:doesn['’]?t|does not|won['’]?t|will not) (?:really )?(?:bother|trouble|worry)"
-    r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them"
-    r"|all the same|either of (?:\w+ ){1,6}(?:will|would|can|is|goes)"
-    r"|(?:am |['’]m )?not (?:fussy|fussed|bothered|picky)"
-    r"|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
-    r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)"
-    r"|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
-    r"(?P<what>(?:\W+\w+){0,3})",
-    re.IGNORECASE,
-)
-"""Says that any of them will do."""
 _CORRECTED = re.compile(
     r"\b(?:i meant?|scratch that|make (?:that|it)|no,? (?:sorry|wait|hang on|hold on)|sorry,? (?:no|not)|correction"
     r"|on second thoughts?|or rather|(?:strike|scrap|forget|ignore) that|changed my mind"
@@ -140,7 +125,10 @@ def _passed_over(
     landmarks |= {id(t) for m in told for t in words[m.start : m.stop]}  # "the green neighbour of the red block"
     about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
     about |= {i for m in parsed.moves for i in (m.target, m.place)}
+    chosen = any(t.text == "either" for t in words) or left_open(words, request, scene, movable=True)
     for start, end, ids in _mentions(words, scene):
+        if _aside(words, start) or (chosen and _alternative(words, start, end)):
+            continue
         if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
             named = request[words[start].start : words[end - 1].end]
             title = f"the request names `{named}`, and the reply passes over it"
@@ -148,6 +136,17 @@ def _passed_over(
                 Diagnostic("E143", title, span_of(words[start:end], request), "no goal is about it",
                            "say it again in other words, or leave it out", candidates=ids[:6])
             )  # fmt: skip
+
+
+def _alternative(words: Sequence[Token], start: int, end: int) -> bool:
+    """Whether an "or" stands right before or behind what is named."""
+    return "or" in {t.text for t in (*words[max(0, start - 2) : start], *words[end : end + 2])}
+
+
+def _aside(words: Sequence[Token], start: int) -> bool:
+    """Whether what is named is only compared with, or declined: "on the same level as the red one", "no coke"."""
+    before = [t.text for t in words[max(0, start - 3) : start] if not lexicon().is_(t.text, "articles")]
+    return before[-1:] in (["as"], ["no"], ["of"]) and (before[-1] != "of" or "level" in before)
 
 
 def _states(words: Sequence[Token]) -> bool:
@@ -263,6 +262,7 @@ def _points(
                 and not (spoken_of & set(fits) or taken <= own)
                 and not left_open(words, request, scene, movable=True)
                 and not _explained(words, phrase.end)
+                and not told_apart(words, i, phrase.end, taken, fits, scene)
             ):
                 told = _several(words[i : phrase.end], request, fits, sorted(taken))
                 yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
@@ -383,60 +383,22 @@ def _if(words: Sequence[Token], i: int) -> bool:
     return any(lexicon().is_(t.text, "conditional") for t in words[:i])
 
 
-def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bool) -> bool:
-    """Whether the request says that any will do: any thing (`movable`), or any place."""
-    for i, t in enumerate(words[:-1]):
-        after = words[i + 1]
-        if after.number is not None and i + 2 < len(words):
-            after = words[i + 2]  # "any two of them"
-        if (
-            t.text == "any"
-            and (scene.word(after, movable).text or not after.word)
-            and not scene.word(after, not movable).text
-        ):
-            return True
-    for m in _LEFT_OPEN.finditer(request):
-        if movable and re.search(r"\bwhich one\b", m.group(0), re.IGNORECASE):
-            return True
-        said = [t.text for t in tokens(m.group(0)[: m.start("what") - m.start()])]
-        if said == ["whichever"] and re.search(r"\b(?:is|are) the \w+(?:est|most|er)\b", request[m.end() :]):
-            continue  # "whichever item on the table is the rightmost one"
-        of_places = "where" in said or bool(
-            said[:1] == ["any"] and {w for s in said for w in singulars(s)} & scene.generic(False)
-        )
-        of_places = of_places or any(
-            t.text in scene.generic(False) or t.text.removesuffix("s") in {"side", "end", "level", "slot", "spot"}
-            for t in takewhile(lambda t: t.text not in {"to", "onto", "into", "for", "on"}, tokens(m.group("what")))
-        )
-        of_places = of_places or _of_places_alone(request, m.start(), scene)
-        if of_places != movable or (not movable and not of_places):
-            return True
-    return False
-
-
-def _of_places_alone(request: str, at: int, scene: Scene) -> bool:
-    """Whether the sentence that leaves a choice open speaks of places and of no thing: "left of it or right of it, as
-    it suits you"."""
-    words = tokens(request)
-    begin, end = sentence_at(words, next((k for k, t in enumerate(words) if t.start >= at), len(words)))
-    said = words[begin:end]
-    things = any(t.text in scene.colours or scene.word(t, True).text for t in said)
-    places = scene.generic(False) | {"side", "end", "level", "slot", "spot", "position"}
-    sides = any(a.text in {"left", "right"} and b.text == "of" for a, b in pairwise(said))
-    return not things and (sides or any(t.text in places for t in said))
-
-
 def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """Phrases for places that fit several, of which the goals take one."""
     if left_open(words, request, scene, movable=False):
         return
     placed = [g.condition.args for g in goals if g.condition.name == "On" and not g.condition.negated]
     about = tuple(dict.fromkeys(a[0] for a in placed))
+    where = {o.id: o.place for o in scene.map.objects}
     for phrase in meant_places(words, request, scene, about):
-        hit = {c: [a for a in placed if scene.within(a[1], c)] for c in phrase.ids}
+        begin, end = sentence_at(words, phrase.start)
+        way = levels_from(words[begin:end], where.get(about[0]), scene) if len(about) == 1 else ()
+        ids = tuple(i for i in phrase.ids if any(scene.within(i, level) for level in way))
+        ids = ids or phrase.ids
+        hit = {c: [a for a in placed if scene.within(a[1], c)] for c in ids}
         taken = [c for c, found in hit.items() if found]
-        if len(phrase.ids) > 1 and len(taken) == 1:
-            told = _several(words[phrase.start : phrase.end], request, phrase.ids, taken, "places")
+        if len(ids) > 1 and len(taken) == 1:
+            told = _several(words[phrase.start : phrase.end], request, ids, taken, "places")
             yield OpenPoint(told, hit[taken[0]][0][1] if len(hit[taken[0]]) == 1 else None)
     read = (*meant_places(words, request, scene, about), *meant_objects(words, request, scene))
     for phrase, place in (*beside(words, read, placed, scene), *sideways(words, placed, scene)):

@@ -12,7 +12,7 @@ from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import rank_of
-from llmbt_compiler.parsing.words import Token, lexicon
+from llmbt_compiler.parsing.words import Token, lexicon, singulars
 
 __all__ = ["one_there", "other", "several", "some_of"]
 
@@ -28,9 +28,7 @@ _VAGUE = frozenset(
 def several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
     """ "Two of the green blocks", "both yellow ones", "all three drinks"."""
     before = words[i - 1] if i else None
-    if before is not None and (
-        before.text in EXACTLY | {"any"} or before.text in lexicon().sizes or numbers(before, scene)
-    ):
+    if before is not None and (before.text in EXACTLY | {"any"} or _ranks(words, i) or numbers(before, scene)):
         return None
     j, exactly, count = i, False, None
     while j < len(words) and (words[j].text in EXACTLY or words[j].text in {"exactly", "just", "only", "any"}):
@@ -73,6 +71,13 @@ def several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str |
     return Meant(i, stop, ids, count, exactly)
 
 
+def _ranks(words: Sequence[Token], i: int) -> bool:
+    """Whether a rank or a size stands right before: "the middle-sized (one of the three)"."""
+    t = words[i - 1]
+    ranked = t.text in lexicon().sizes or t.text in lexicon().ordinals or t.text in {"sized", "middle", "other"}
+    return ranked or rank_of(words, i - 1, i) is not None
+
+
 def some_of(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
     """ "A few of these blocks", "some of the greens", "a couple of drinks": which, and how many?"""
     said = [t.text for t in words[i : i + 4]]
@@ -100,7 +105,8 @@ def one_there(
     ids, stop = standing_there(words, i + 2, [e.id for e in scene.objects], scene, where)
     if stop == i + 2 or puts(words, i) or tells(words, stop, scene):
         return None
-    named = {o for t in words[:i] for o in where if t.text in scene[o].colour} if not group else set(group)
+    hues = {form for t in words[:i] for form in (t.text, *singulars(t.text))}
+    named = {o for o in where if hues & set(scene[o].colour)} if not group else set(group)
     return Meant(i, stop, tuple(o for o in ids if o in named) or tuple(ids), stop=stop)
 
 
