@@ -88,7 +88,7 @@ def _used_all_the_same(
     for place, start, end in _closed(words, line, scene):
         on = next((o for o, p in placed if scene.within(p, place)), None)
         if on is not None:
-            title = f"the request contradicts itself, or the reply the request: {place} is to stay free, and {on} goes there"
+            title = f"the request contradicts itself: {place} is to stay free, and {on} goes there"
             yield Diagnostic("E343", title, span_of(words[start:end], line), "to stay free", "say which is wanted")
 
 
@@ -104,6 +104,7 @@ def _closed(words: Sequence[Token], line: str, scene: Scene) -> Iterator[tuple[s
         free = phrase_at(words, end, "staying", "empty_behind")
         free = free if _empty(words, free) or _empty(words, free + 1) else 0
         closed = phrase_at(words, end, "staying", "closed_behind")
+        closed = 0 if [t.text for t in words[closed : closed + 1]] == ["for"] else closed  # "is reserved for"
         ends = {k: phrase_at(words, k, "staying", "closed_before") for k in range(begin, start)}
         before = next((k for k, at in ends.items() if at and start - 2 <= at <= start), None)
         kept = _empty(words, end) and any(t.text in _KEEPING for t in words[max(begin, start - 3) : start])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.scene import Scene
@@ -27,14 +28,16 @@ _FELT = frozenset({
 })  # fmt: skip
 _MEMORY = frozenset({
     "yesterday", "always", "usually", "told", "asked", "mentioned", "earlier", "promised", "ordered", "wanted",
-    "discussed", "recommended", "like", "love", "prefer", "agreed", "week", "month", "morning", "said", "left", "forgot",
-    "forgotten", "bought", "brought", "got", "had", "saw", "used", "found", "lent", "borrowed", "dropped", "put", "gave",
-    "showed", "shown", "talked", "talking", "spoke", "speaking", "thinking", "thought", "complained", "praised", "noticed",
-    "liked", "loved", "picked", "chose", "hid", "meant", "mean", "needed", "received", "selected", "started", "paid",
-    "stole", "won", "made", "lost", "misplaced", "mislaid", "sent", "treated", "ago", "tonight", "last", "today",
+    "discussed", "recommended", "like", "love", "prefer", "agreed", "week", "month", "morning", "said", "left",
+    "forgot", "forgotten", "bought", "brought", "got", "had", "saw", "used", "found", "lent", "borrowed", "dropped",
+    "put", "gave", "showed", "shown", "talked", "talking", "spoke", "speaking", "thinking", "thought", "complained",
+    "praised", "noticed", "liked", "loved", "picked", "chose", "hid", "meant", "mean", "needed", "received",
+    "selected", "started", "paid", "stole", "won", "made", "lost", "misplaced", "mislaid", "sent", "treated", "ago",
+    "tonight", "last", "today",
 })  # fmt: skip
 _ABOUT = frozenset({"lying", "standing", "sitting", "about", "around", "somewhere"})
 """How a thing is left, and not where: "that I left lying about"."""
+_WHO = frozenset({"i", "we", "she", "he", "they", "you", "somebody", "someone"})
 _OPENING = frozenset({"that", "which", "who", "whose", "with", "you", "i", "we", "she", "he", "they", "nobody", "for"})
 _SIDES = frozenset({
     "left", "right", "front", "back", "rear", "middle", "top", "bottom", "end", "corner", "edge", "above", "below",
@@ -71,6 +74,8 @@ def uncheckable(words: Sequence[Token], at: int, scene: Scene, *, opened: bool =
         stop += 1
     clause = [t for t in words[at:stop] if t.text not in _ABOUT]
     said = {t.text for t in clause[1:]}
+    if any(a.text in _WHO and b.text == "left" for a, b in pairwise(clause)):
+        said = said - {"left"} | {"forgot"}  # "that I left lying about"
     if len(clause) < 3 - opened or said & _SIDES or relations(clause) or any(_checked(t, scene) for t in clause[1:]):
         return False
     if words[at].text == "for" or opened:

@@ -24,8 +24,10 @@ _WHICHEVER = frozenset({"whichever", "whatever", "which", "what"})
 _BEING = frozenset(
     {"is", "are", "stands", "sits", "lies", "looks", "happens", "seems", "standing", "lying", "sitting", "be"}
 )
-_STRESSING = frozenset({"the", "very", "absolute", "absolutely", "by", "far", "slightly", "clearly", "to", "be", "bit", "a",
-                        "currently", "now", "rather", "actually", "just", "right", "directly", "much"})  # fmt: skip
+_STRESSING = frozenset({
+    "the", "very", "absolute", "absolutely", "by", "far", "slightly", "clearly", "to", "be", "bit", "a",
+    "currently", "now", "rather", "actually", "just", "right", "directly", "much",
+})  # fmt: skip
 _FURTHER = frozenset(
     {"further", "farther", "more", "furthest", "farthest", "most", "nearest", "closest", "nearer", "closer"}
 )
@@ -67,7 +69,7 @@ def _which(words: Sequence[Token], i: int, line: str, scene: Scene, where: dict[
     if rank is None or pool is None:
         return None
     ids, _ = standing_there(words, at, pool, scene, where) if at < verb else (pool, at)
-    return _ranked(words, i, rank[1], ids, rank[0], line, scene, where)
+    return _there(words, i, rank[1], ids, rank[0], line, scene, where)
 
 
 def _relative(
@@ -78,7 +80,16 @@ def _relative(
         return None
     rank = _rank_at(words, end + 2)
     pool = _pool(words[i:end], scene, line, where)
-    return _ranked(words, i, rank[1], pool, rank[0], line, scene, where) if rank is not None and pool else None
+    return _there(words, i, rank[1], pool, rank[0], line, scene, where) if rank is not None and pool else None
+
+
+def _there(
+    words: Sequence[Token], start: int, stop: int, pool: Sequence[str], end: str, line: str, scene: Scene,
+    where: dict[str, str | None],
+) -> Meant | None:  # fmt: skip
+    """The same, of those on a place that is named right behind it: "(whatever stands furthest left) on the bar"."""
+    ids, stop = standing_there(words, stop, pool, scene, where)
+    return _ranked(words, start, stop, ids, end, line, scene, where)
 
 
 def _at_the_end(
@@ -140,7 +151,7 @@ def _rank_at(words: Sequence[Token], at: int) -> tuple[str, int] | None:
     text = words[at].text
     for end in _ENDS:
         if text in listed("ranks", end):
-            return _than_all(words, at + 1, end, text)
+            return _than_all(words, at + 1, end)
     if text not in _FURTHER:
         return None
     k = at + 1
@@ -155,7 +166,7 @@ def _rank_at(words: Sequence[Token], at: int) -> tuple[str, int] | None:
     return (side, k + 1) if side is not None and not of else None
 
 
-def _than_all(words: Sequence[Token], at: int, end: str, text: str) -> tuple[str, int] | None:
+def _than_all(words: Sequence[Token], at: int, end: str) -> tuple[str, int] | None:
     """ "(Larger) than all the rest", "than any other": as good as a superlative; "than object 2" is none."""
     said = [t.text for t in words[at : at + 5]]
     if said[:1] == ["than"]:
