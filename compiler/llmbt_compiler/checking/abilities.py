@@ -38,7 +38,7 @@ _BEING = frozenset({"be", "is", "been", "gets", "get", "being", "are"})
 _COMING = frozenset({"will", "going", "about", "could", "may", "might", "can"})
 _ARTICLES = frozenset({"the", "a", "an", "my", "our", "your", "his", "her", "their", "some"})
 _WISHING = frozenset({"like", "want", "need", "prefer", "have", "get", "love", "wish", "bring", "fetch", "give", "hand",
-                      "serve", "pass", "with"})  # fmt: skip
+                      "serve", "pass", "with", "brought", "served", "delivered", "handed", "fetched"})  # fmt: skip
 _LEADING = frozenset({"after", "before", "by", "needs", "need", "wants", "requires", "to", "on", "upon", "than",
                       "start", "begin", "includes", "including"})  # fmt: skip
 _ENDING = frozenset({"and", "then", "before", "first", "please", "for", "when", "on", "to", "in", "into", "at", "with",
@@ -61,7 +61,8 @@ def unable(request: str, library: Library) -> Iterator[Diagnostic]:
     words = tokens(line)
     known = frozenset(w for t in library.templates.values() for w in (*t.verbs, *t.words.split()))
     for i, t in enumerate(words):
-        verb = t.text if _orders(words, i, known) else _done_to_a_thing(words, i, known)
+        ordered = _orders(words, i, known) or _lets(words, i, known) or _state(words, i)
+        verb = t.text if ordered else _done_to_a_thing(words, i, known)
         if verb is not None:
             can = ", ".join(t.name for t in library.templates.values() if t.verbs)
             title = f"the request asks to `{verb}`, and nothing that the robot can do does that"
@@ -81,6 +82,33 @@ def _orders(words: Sequence[Token], i: int, known: frozenset[str]) -> bool:
     if settles or _takes_back(words, i):
         return False
     return (has_object or turned or switched) and _is_ordered(words, i)
+
+
+def _lets(words: Sequence[Token], i: int, known: frozenset[str]) -> bool:
+    """ "Let it cool", "give object 6 a good clean"."""
+    begin, _ = sentence_at(words, i)
+    before = [t.text for t in words[begin:i]]
+    verbs = _verbs() - known - listed("abilities", "enjoying") | {"clean"}
+    if words[i].text not in verbs or lexicon().function["negation"] & set(before):
+        return False
+    let = next((k for k in range(len(before) - 1, max(-1, len(before) - 6), -1) if before[k] == "let"), None)
+    if let is not None and let < len(before) - 1:
+        return not {"me", "us", "my", "you", "to", ",", "be", "and"} & set(before[let:])
+    give = next((k for k, w in enumerate(before) if w in {"give", "giving"}), None)
+    if give is None or not {"a", "another"} & set(before[-3:]) or {"me", "us", "him", "her"} & set(before[give:]):
+        return False
+    return len(before) - give > 2
+
+
+def _state(words: Sequence[Token], i: int) -> bool:
+    """ "Make sure the coke is cold": how a thing is to be, and no action makes it so."""
+    begin, _ = sentence_at(words, i)
+    before = [t.text for t in words[begin:i]]
+    if words[i].text not in listed("abilities", "states") or not {"is", "gets", "are", "be"} & set(before[-3:]):
+        return False
+    told = [before[k : k + 2] for k in range(len(before))]
+    sure = any(pair in (["make", "sure"], ["see", "that"], ["see", "to"]) for pair in told) or "ensure" in before
+    return sure and not lexicon().function["negation"] & set(before)
 
 
 def _has_object(words: Sequence[Token], i: int) -> bool:
@@ -129,6 +157,8 @@ def _done_to_a_thing(words: Sequence[Token], i: int, known: frozenset[str]) -> s
     if verb in listed("abilities", "enjoying") or _PERSONS & set(before[-3:]):
         return None  # "after eating the apple I want ..."
     led = before[-1:] and before[-1] in _LEADING and (before[-1] != "to" or before[-2:] == ["prior", "to"])
+    if before[-2:-1] == ["and"] and led and before[-1] in {"need", "needs"}:
+        return None  # "my hands are dirty and need washing"
     job = not before and after[:1] and after[0] in _OBJECT and _JOBS & set(after)
     return verb if led or job else None
 
@@ -152,10 +182,10 @@ def _participle(text: str, verb: str, before: Sequence[str], after: Sequence[str
     if before[-1:] and before[-1] in _BEING:
         meant = _AWAITED & set(said[:-1]) or (before[-1] == "be" and not _COMING & set(before))
         return bool(meant) and not _PERSONS & set(before[-3:-1])
-    ends = not after or not after[0].isalpha() or after[0] in _ENDING
+    ends = not after or not after[0].isalpha() or after[0] in _ENDING or after[0].endswith("ly")
     if (
         ends
-        and said[: len(said) - len(before)][-1:] == [","]
+        and said[: len(said) - len(before)][-1:] in ([","], ["but"])
         and set(before) <= {"once", "when", "first", "nicely", "well"}
     ):
         return True  # "the coke, chilled", "the block, once polished, ..."
@@ -167,4 +197,11 @@ def _participle(text: str, verb: str, before: Sequence[str], after: Sequence[str
 def _relative(before: Sequence[str]) -> bool:
     """ "(Bring me) the milk my wife (opened)": who did it stands between, as a phrase of its own."""
     last = max((k for k, w in enumerate(before) if w in _ARTICLES), default=0)
-    return last > 0 and before[last - 1] not in _WISHING | _ENDING | {"me", "us", "of", "all", "both", "having"}
+    return len(before) - 3 <= last > 0 and before[last - 1] not in _WISHING | _ENDING | {
+        "me",
+        "us",
+        "of",
+        "all",
+        "both",
+        "having",
+    }

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from llmbt_compiler.checking.levels import levels_from
-from llmbt_compiler.checking.referring import landmark, meant_objects
+from llmbt_compiler.checking.referring import landmark, meant_objects, place_named
 from llmbt_compiler.checking.sentences import sentence_at, span_of
 from llmbt_compiler.checking.sides import nothing_beyond, row_of, shifts
 from llmbt_compiler.parsing import Goal
@@ -57,14 +57,16 @@ def _told(words: Sequence[Token], start: int, end: int, request: str, what: str)
 def _about(words: Sequence[Token], request: str, moved: Sequence[str], scene: Scene) -> str | None:
     """The one thing that is moved, or that the request speaks of alone."""
     mentions = [m for m in mentions_in(words, scene) if scene[m.id].movable]
-    named = {m.id for m in mentions if words[m.start].text != "one"}  # "the red block one level higher"
+    named = {
+        m.id for m in mentions if not (words[m.start].word and words[m.start].number)
+    }  # "the red block one level up"
     named |= {m.ids[0] for m in meant_objects(words, request, scene) if len(m.ids) == 1}
     for k, t in enumerate(words):  # "red goes up one level"
         ids = [e.id for e in scene.objects if t.text in e.colour]
         if len(ids) == 1 and (k == 0 or not words[k - 1].word):
             named.add(ids[0])
-    ids = set(moved) or named
-    return next(iter(ids)) if len(ids) == 1 else None
+    about = set(moved) or named
+    return next(iter(about)) if len(about) == 1 else None
 
 
 def _levels(words: Sequence[Token], here: str, scene: Scene) -> Iterator[tuple[int, int]]:
@@ -98,8 +100,15 @@ def _over(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, int]]:
         if relation.name not in {"above", "below"} or relation.owner or words[relation.start].text == "over":
             continue
         mark = landmark(words, relation.end, scene)
-        place = where.get(mark.ids[0]) if mark is not None and len(mark.ids) == 1 else None
+        level = place_named(words, relation.end, scene)
         way = Token("up" if relation.name == "above" else "down", 0, 0)
+        slot = next((p.id for p in scene.map.inside(level[0]) if scene.single(p.id)), None) if level[0] else None
+        if slot is not None and level[0] in list(scene.map.containers(slot)) and not levels_from((way,), slot, scene):
+            flat = not any(scene.map.inside(p.id) for p in scene.map.inside(level[0] or ""))
+            if flat and len(list(scene.map.containers(slot))) > 1:
+                yield relation.start, level[1]
+            continue
+        place = where.get(mark.ids[0]) if mark is not None and len(mark.ids) == 1 else None
         if mark is not None and place is not None and scene.single(place) and not levels_from((way,), place, scene):
             yield relation.start, mark.end
 

@@ -28,6 +28,7 @@ _OTHERWISE = frozenset({
 })  # fmt: skip
 _SHARING = frozenset({"share", "shares", "sharing", "shared"})
 _TOGETHER = frozenset({"both", "two", "three", "four", "five", "six", "pair"})
+_AT_ONCE = frozenset({"as", "well", "same", "time", "once", "simultaneously"})
 _PILES = frozenset({"tower", "pyramid", "stack", "pile", "column", "turret"})
 _BUILDING = frozenset({"build", "make", "form", "construct", "erect", "create", "assemble", "building", "making"})
 _EXCEPTING = frozenset({"but", "except", "apart", "besides", "else", "other", "than", "without"})
@@ -107,7 +108,7 @@ def _in_two(
     for a, b in pairwise(places):
         between = {t.text for t in words[a.end : b.start]}
         apart = not (scene.within(a.ids[0], b.ids[0]) or scene.within(b.ids[0], a.ids[0]))
-        joined = between & {"and", "plus", "also", "well"} and between <= _JOINING | _ONTO | {"as", "well", "then"}
+        joined = between & {"and", "plus", "also", "well"} and between <= _JOINING | _ONTO | _AT_ONCE
         if a.led and joined and apart:
             title = f"the request contradicts itself: {named[0].ids[0]} would be in two places: {a.ids[0]}, {b.ids[0]}"
             yield Diagnostic("E343", title, span_of(words[a.start : b.end], line), "two places", "name one of them")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.checking.wording import phrase_at
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Found, Talk
@@ -16,6 +17,8 @@ __all__ = ["doubted"]
 _AGAIN = frozenset({"was", "is", "were", "does", "did", "do", "maybe", "perhaps", "rather", "should", "could"})
 _LEVELS = frozenset({"top", "bottom", "middle", "highest", "lowest", "upper", "lower", "upmost"})
 _NEAR = 5
+_SHORT = 9
+_ASKING = frozenset({"can", "could", "would", "will", "please", "put", "bring", "take", "move", "get", "may", "might"})
 
 
 def doubted(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, tuple[str, str]]]:
@@ -23,12 +26,19 @@ def doubted(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, tuple[s
     unsure = any(phrase_at(words, k, "doubts", "unsure") for k in range(len(words)))
     named = sorted({*_named(words, scene)})
     for i, t in enumerate(words[:-1]):
-        if t.text != "or" or not (unsure or words[i + 1].text in _AGAIN):
+        if t.text != "or" or not (unsure or words[i + 1].text in _AGAIN or _wondered(words, i)):
             continue
         before = [id_ for k, id_ in named if k < i]
         after = [id_ for k, id_ in named if i < k <= i + _NEAR]
         if before and after and scene[before[-1]].movable == scene[after[0]].movable and before[-1] != after[0]:
             yield i, (before[-1], after[0])
+
+
+def _wondered(words: Sequence[Token], i: int) -> bool:
+    """ "Position 22 or 32?": a short question that asks the robot for nothing but which."""
+    begin, end = sentence_at(words, i)
+    asks = end < len(words) and words[end].text == "?" and end - begin < _SHORT
+    return asks and not {t.text for t in words[begin:end]} & _ASKING
 
 
 def _named(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, str]]:

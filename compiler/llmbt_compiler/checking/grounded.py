@@ -13,6 +13,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from llmbt_atl.library import Library
+from llmbt_compiler.checking.levels import levels_from
 from llmbt_compiler.checking.request import VERBS, OpenPoint
 from llmbt_compiler.checking.sentences import one_line, span_of
 from llmbt_compiler.checking.telling import REMEMBERED
@@ -181,6 +182,8 @@ def _place(said: _Request, thing: str, place: str, wanted: bool) -> bool:
     if said.remembered:
         return False
     if (said.texts & _WHEREVER and not said.elsewhere) or _open_place(said):
+        return True
+    if set(levels_from(said.words, said.where.get(thing), scene)) & {place, *scene.map.containers(place)}:
         return True
     if scene.single(place):
         ranked = said.has("top", "bottom", "middle") or any(t.text in lexicon().ordinals for t in said.words)

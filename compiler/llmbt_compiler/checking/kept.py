@@ -9,7 +9,7 @@ from llmbt_atl.library import Library
 from llmbt_compiler.checking.referring import meant_objects
 from llmbt_compiler.checking.sentences import one_line, sentence_at, span_of
 from llmbt_compiler.checking.spots import meant_places
-from llmbt_compiler.checking.staying import here_named, object_at, subject_before
+from llmbt_compiler.checking.staying import here_named, object_at, pointed_back, subject_before
 from llmbt_compiler.checking.wording import phrase_at
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
@@ -24,7 +24,26 @@ __all__ = ["moved_all_the_same"]
 
 _STAYING = frozenset({"stay", "stays", "remain", "remains", "staying", "remaining"})
 _KEEPING = frozenset({"keep", "keeps", "leave", "leaves", "leaving", "keeping"})
-_TOUCHING = frozenset({"touch", "move", "moving", "touching", "moved", "touched", "moves", "budge", "shift", "disturb"})
+_TOUCHING = frozenset(
+    {
+        "touch",
+        "move",
+        "moving",
+        "touching",
+        "moved",
+        "touched",
+        "moves",
+        "budge",
+        "shift",
+        "disturb",
+        "remove",
+        "displace",
+        "relocate",
+        "removing",
+        "shifting",
+        "disturbing",
+    }
+)
 _TOUCHED = frozenset({"moved", "touched", "disturbed", "shifted", "budge", "move"})
 _MOVED = frozenset({"move", "moves", "moved", "budge"})
 _REMOVED = frozenset(
@@ -41,6 +60,14 @@ _LATER = frozenset({"until", "till", "if", "unless", "or", "then", "after", "aft
 _THERE = frozenset({"there", "in", "that", "thats", "is", "already", "on", "it", "standing", "sitting", "now"})
 _STANDING = frozenset({"stay", "stand", "remain", "sit"})
 _IN = frozenset({"in", "on", "at", "inside"})
+_WHOLLY = frozenset({"completely", "totally", "entirely", "all", "fully", "absolutely", "quite", "strictly"})
+_BEHIND = frozenset({
+    "there", "where", "as", "and", "but", "put", "in", "exactly", "right", "just", "at", "so", "please", "though",
+    "of", "on", "an", "even", "by", "for", "under", "until", "either", "untouched", "here", "now", "down", "from",
+    "anywhere", "any", "it", "exclusively", "always", "forever", "alone", "behind", "still", "firmly", "that", "while",
+    "whatever", "no", "completely", "then", "because", "since", "inside", "motionless", "unmoved",
+})  # fmt: skip
+"""What may follow a verb of staying that says no more than that."""
 _CLEAR = frozenset({"clear", "unused", "untouched", "bare"})
 _ONTO = _IN | {"onto", "into", "to"}
 
@@ -96,7 +123,7 @@ def _closed(words: Sequence[Token], line: str, scene: Scene) -> Iterator[tuple[s
     """Each place that is to stay free by the request's words, and where they say it."""
     named = {m.start: (m.end, m.id) for m in mentions_in(words, scene) if not scene[m.id].movable}
     named |= {p.start: (p.stop or p.end, p.ids[0]) for p in meant_places(words, line, scene) if len(p.ids) == 1}
-    named |= {k: (k + 1, *here_named(words, k, scene)) for k in range(len(words)) if here_named(words, k, scene)}
+    named |= {k: (k + 1, p) for k in range(len(words)) for p in here_named(words, k, scene)}
     for start, (end, place) in sorted(named.items()):
         begin, stop = sentence_at(words, start)
         if any(w.text in _LATER for w in words[begin:stop]):
@@ -107,7 +134,8 @@ def _closed(words: Sequence[Token], line: str, scene: Scene) -> Iterator[tuple[s
         closed = 0 if [t.text for t in words[closed : closed + 1]] == ["for"] else closed  # "is reserved for"
         ends = {k: phrase_at(words, k, "staying", "closed_before") for k in range(begin, start)}
         before = next((k for k, at in ends.items() if at and start - 2 <= at <= start), None)
-        kept = _empty(words, end) and any(t.text in _KEEPING for t in words[max(begin, start - 3) : start])
+        adverb = int(end < stop and words[end].text in _WHOLLY)
+        kept = _empty(words, end + adverb) and any(t.text in _KEEPING for t in words[max(begin, start - 3) : start])
         if free or closed or kept or before is not None:
             yield place, before if before is not None else start, max(free, closed, end)
 
@@ -151,7 +179,8 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
         yield from _said_to_stay(words, i, line, scene, where)
         yield from _left_alone(words, i, scene, where)
         behind = phrase_at(words, i, "staying", "behind")
-        if behind and words[i].text not in _STAYING and _place(words, behind, end, scene)[0] is None:
+        goes_on = behind and behind < end and words[behind].word and words[behind].text not in _BEHIND
+        if behind and not goes_on and words[i].text not in _STAYING and _place(words, behind, end, scene)[0] is None:
             subject, start = subject_before(words, i, line, scene, where, pointed=False)
             yield _Kept(subject, start, behind)
 
@@ -167,7 +196,8 @@ def _said_to_stay(
         pointed = "there" in [w.text for w in words[i + 1 : i + 3]]
         subject, start = subject_before(words, i, line, scene, where, pointed=pointed)
         said = place is not None or "where" in [w.text for w in words[i : i + 4]]
-        if subject and (said or not lexicon().is_(words[start].text, "pronouns")):
+        behind = place is None and i + 1 < end and words[i + 1].word and words[i + 1].text not in _BEHIND
+        if subject and not behind and (said or not lexicon().is_(words[start].text, "pronouns")):
             yield _Kept(subject, start, stop, place)
     elif t.text in _REMOVED and _denied(words, begin, i, end):
         subject, start = subject_before(words, i, line, scene, where, pointed=False)
@@ -196,7 +226,9 @@ def _left_alone(words: Sequence[Token], i: int, scene: Scene, where: dict[str, s
     if found is not None:
         yield _Kept(found[2], i, found[1])
         return
-    found = object_at(words, i + 1, scene, where) if t.text in _KEEPING | {"let"} and i + 1 < len(words) else None
+    found = None
+    if t.text in _KEEPING | {"let"} and i + 1 < len(words):
+        found = object_at(words, i + 1, scene, where) or pointed_back(words, i + 1, scene, where)
     if found is None:
         return
     _, stop, ids = found

@@ -7,7 +7,7 @@ which the goals take one; a name with a number that the map does not have; a col
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -20,8 +20,10 @@ from llmbt_compiler.checking.referring import Meant, meant_objects, place_named,
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
 from llmbt_compiler.checking.sides import beside, sideways
 from llmbt_compiler.checking.spots import meant_places
+from llmbt_compiler.checking.wording import phrase_at
 from llmbt_compiler.parsing import Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
+from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
@@ -83,7 +85,7 @@ def open_points(
     a relation that the goals leave open. In the order of the request."""
     scene = Scene(semantic_map, library)
     line = one_line(request)
-    words = tokens(line)
+    words = _counting(tokens(line), scene)
     return (
         *_misplaced(words, line, parsed, scene),
         *_doubted(words, line, parsed.goals, scene),
@@ -96,12 +98,25 @@ def open_points(
     )
 
 
+def _counting(words: Sequence[Token], scene: Scene) -> tuple[Token, ...]:
+    """The words without the "number" of "object number 9"."""
+    stems = frozenset[str]().union(*(e.stem for e in (*scene.objects, *scene.places) if e.number is not None))
+    return tuple(
+        t
+        for k, t in enumerate(words)
+        if t.text not in {"number", "no", "nr", "num"}
+        or not 0 < k < len(words) - 1
+        or words[k - 1].text not in stems
+        or not words[k + 1].digits
+    )
+
+
 def lacking(request: str, semantic_map: SemanticMap, library: Library) -> OpenPoint | None:
     """The first thing that the request names and the scene lacks, whatever is made of it: too few of a kind, a number,
     a colour, what is not where the request has it."""
     scene = Scene(semantic_map, library)
     line = one_line(request)
-    words = tokens(line)
+    words = _counting(tokens(line), scene)
     points = (
         *_misplaced(words, line, ParseResult(), scene),
         *_points(words, line, (), scene, frozenset()),
@@ -116,6 +131,8 @@ def _passed_over(
     """Objects by their numbers or names, numbered places where nothing stands yet, and colours, that the request names
     and the goals and the steps leave out; not where it may name them for another reason: as landmarks, in a condition,
     to be left alone."""
+    if any(phrase_at(words, k, "staying", "hands_off") or t.text == "let" for k, t in enumerate(words)):
+        return
     if any(t.text in _LEAVING | _NOT or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
         return
     if _CORRECTED.search(request) is not None or _EXCEPTED.search(request) is not None:
@@ -273,12 +290,16 @@ def _points(
         if foreign is not None and not _if(words, i) and not _vessel(words, i, moved, scene):
             yield OpenPoint(_lacks(foreign, words[i : i + 2], request))
         if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
-            found = resolve_objects(words[i : i + 2], scene, Talk())
-            if isinstance(found, Fault) and found.code == "E301" and not _vessel(words, i, moved, scene):
-                yield OpenPoint(_lacks(found, words[i : i + 2], request))
+            hued: Found | Fault = resolve_objects(words[i : i + 2], scene, Talk())
+            word = scene.word(t, True)
+            if not word.text or word.corrected:  # "black" is no "block"
+                title = f"nothing in the scene is a `{t.text} {words[i + 1].text}`"
+                hued = Fault("E301", title, Extent(t.start, words[i + 1].end), "", "")
+            if isinstance(hued, Fault) and hued.code == "E301" and not _vessel(words, i, moved, scene):
+                yield OpenPoint(_lacks(hued, words[i : i + 2], request))
 
 
-def _told_later(phrase: Meant, phrases: Iterable[Meant], taken: set[str]) -> bool:
+def _told_later(phrase: Meant, phrases: Iterable[Meant], taken: Set[str]) -> bool:
     """ "Red and green would look nice together. Put the red one next to the green one on level 1": told closer behind
     it."""
     closer = [

@@ -47,6 +47,17 @@ class Shift:
 def shifts(words: Sequence[Token]) -> Iterator[Shift]:
     """Every phrase that counts places to the left or to the right of where something stands now."""
     yield from _side_last(words)
+    for i, t in enumerate(words[:-2]):  # "one further to the left"
+        k = i + 1
+        while k < len(words) and words[k].text in _FURTHER:
+            k += 1
+        more = (
+            words[i + 1].text in {"further", "farther", "more"}
+            and k < len(words)
+            and words[k].text in {"left", "right"}
+        )
+        if more and t.word and t.number is not None and [w.text for w in words[k + 1 : k + 2]] != ["of"]:
+            yield Shift(i, k + 1, _count(t), words[k].text)
     for i, t in enumerate(words):  # "left by a slot"
         by = [w.text for w in words[i + 1 : i + 2]] == ["by"] and i + 3 < len(words) and words[i + 3].text in _STEPS
         if t.text in {"left", "right"} and by and _count(words[i + 2]):
@@ -115,6 +126,8 @@ def sideways(words: Sequence[Token], placed: Sequence[tuple[str, ...]], scene: S
         ends = i + 1 == len(words) or not words[i + 1].word or words[i + 1].text in {"please", "and", "on"}
         over = t.text in {"over", "along", "across"} and counted is not None and ends
         by = t.text in _STEPS and i - 2 >= begin and words[i - 2].text == "by" and _count(words[i - 1]) and ends
+        by_one = t.text == "one" and [w.text for w in words[max(0, i - 2) : i]] in (["over", "by"], ["along", "by"])
+        by = by or (by_one and ends)
         if not (aside or over or by) or set(said) & (_SIDES | {"up", "down", "sideways"} - {t.text}):
             continue
         count = next((int(n) for a, b in pairwise(words[begin:end]) if b.text in _STEPS and (n := _count(a))), 1)

@@ -35,6 +35,7 @@ _STANDING = frozenset({
 })  # fmt: skip
 _LED = frozenset({"please", "and", "then", "where", "for", "left", "right", "with"})
 _IN = frozenset({"of", "on", "in", "at", "from"})
+_POSSIBLE = frozenset({"possible", "can", "will", "goes", "go"})
 _LONGEST = 7
 _UNUSED = tuple(
     tuple(p.split())
@@ -133,12 +134,13 @@ def _extreme(words: Sequence[Token], i: int, line: str, scene: Scene, where: dic
     """ "All the way to the left", "as far right as possible": the end of each row, or of the level that is named."""
     said = [t.text for t in words[i : i + 8]]
     way = said[:3] == ["all", "the", "way"] and set(said[3:5]) <= {"to", "the", "over", "on", "at"}
-    far = said[:2] == ["as", "far"] and "as" in said[2:6] and bool({"possible", "can", "will", "goes"} & set(said[3:]))
+    said_on = [t.text for t in words[i : i + 14]]
+    far = said[:2] == ["as", "far"] and "as" in said_on[2:] and bool(_POSSIBLE & set(said_on[3:]))
     side = next((k for k, w in enumerate(said[2:6], 2) if w in {"left", "right"}), None) if way or far else None
     if side is None or said[side + 1 : side + 2] in (["of"], ["hand"]):
         return None
     stop = i + side + 1
-    while far and stop < len(words) and words[stop].text in {"as", "possible", "it", "you", "can", "will", "goes"}:
+    while far and stop < len(words) and words[stop].text in _POSSIBLE | {"as", "it", "you"}:
         stop += 1
     pool = tuple(p.id for p in scene.places if scene.single(p.id) and not p.person)
     read = _Read(i, stop, stop, pool)

@@ -11,7 +11,7 @@ from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["Span", "here_named", "object_at", "places_before", "subject_before"]
+__all__ = ["Span", "here_named", "object_at", "places_before", "pointed_back", "subject_before"]
 
 Span = tuple[int, int, tuple[str, ...]]
 """Where words begin and end, and what they stand for."""
@@ -21,6 +21,7 @@ _BEING = frozenset(
     {"is", "stands", "sits", "lies", "standing", "sitting", "already", "currently", "now", "that", "right"}
 )
 _IN = frozenset({"on", "in", "at", "inside"})
+_NOUNS = frozenset({"one", "block", "cube", "box", "thing", "object", "item"})
 _NEAR = 6
 
 
@@ -35,6 +36,14 @@ def object_at(words: Sequence[Token], at: int, scene: Scene, where: dict[str, st
         return None
     ids = _pointed(words, at, found.end, found.ids, scene, where)
     return (at, found.end, ids) if ids else None
+
+
+def pointed_back(words: Sequence[Token], at: int, scene: Scene, where: dict[str, str | None]) -> Span | None:
+    """ "(Bring the milk to me and leave) it": the one thing that was named before."""
+    if words[at].text != "it":
+        return None
+    named = {i for s in _things(words, at, "", scene, where) for i in s[2]}
+    return (at, at + 1, tuple(named)) if len(named) == 1 else None
 
 
 def subject_before(
@@ -69,6 +78,8 @@ def _things(words: Sequence[Token], i: int, line: str, scene: Scene, where: dict
         if found is None and lexicon().is_(words[k].text, "definite"):
             mark = landmark(words[:i], k, scene)
             found = (k, mark.end, mark.ids) if mark is not None and mark.ids and scene[mark.ids[0]].movable else None
+        if words[k].text in scene.colours and (k + 1 == i or words[k + 1].text not in _NOUNS):
+            spans.append((k, k + 1, tuple(e.id for e in scene.objects if words[k].text in e.colour)))
         if found is not None and found[1] <= i:
             spans.append(found)
     kept: list[Span] = []

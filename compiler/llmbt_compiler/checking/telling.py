@@ -18,13 +18,16 @@ REMEMBERED = frozenset({
     "customary", "designated",
 })  # fmt: skip
 _FELT = frozenset({
-    "chipped", "scratched", "cracked", "dented", "damaged", "broken", "faulty", "defective", "dirty", "dusty", "clean",
-    "stained", "worn", "faded", "shiny", "sticky", "wet", "old", "older", "oldest", "new", "newer", "newest", "heavy",
-    "heavier", "heaviest", "good", "best", "better", "nice", "nicer", "nicest", "pretty", "prettier", "prettiest",
-    "cheap", "cheaper", "cheapest", "expensive", "wrong", "proper", "mended", "repaired", "marked", "lucky",
-    "cancelled",
-    "sold", "paid", "hollow", "freshly", "painted", "lightest", "lighter", "scuffed", "bent", "loved", "important",
-    "urgent", "dearer", "dearest",
+    "chipped", "scratched", "cracked", "dented", "damaged", "broken", "faulty", "defective", "dirty", "dusty",
+    "clean", "stained", "worn", "faded", "shiny", "sticky", "wet", "old", "older", "oldest", "new", "newer",
+    "newest", "heavy", "heavier", "heaviest", "good", "best", "better", "nice", "nicer", "nicest", "pretty",
+    "prettier", "prettiest", "cheap", "cheaper", "cheapest", "expensive", "wrong", "proper", "mended", "repaired",
+    "marked", "lucky", "cancelled", "sold", "paid", "hollow", "freshly", "painted", "lightest", "lighter",
+    "scuffed", "bent", "loved", "important", "urgent", "dearer", "dearest", "fragile", "delicate", "precious",
+    "valuable", "rusty", "smooth", "rough", "noisy", "funny", "strange", "odd", "ugly", "beautiful", "lovely",
+    "fancy", "spare", "missing", "lost", "suspicious", "defect", "loose", "leaky", "tested", "approved", "rejected",
+    "labelled", "unlabelled", "hazardous", "dangerous", "flammable", "explosive", "sharp", "blunt", "weighty",
+    "hefty", "faultless", "flawless", "perfect", "ordinary", "genuine", "fake", "original", "borrowed",
 })  # fmt: skip
 _MEMORY = frozenset({
     "yesterday", "always", "usually", "told", "asked", "mentioned", "earlier", "promised", "ordered", "wanted",
@@ -76,7 +79,7 @@ def uncheckable(words: Sequence[Token], at: int, scene: Scene, *, opened: bool =
     said = {t.text for t in clause[1:]}
     if any(a.text in _WHO and b.text == "left" for a, b in pairwise(clause)):
         said = said - {"left"} | {"forgot"}  # "that I left lying about"
-    if len(clause) < 3 - opened or said & _SIDES or relations(clause) or any(_checked(t, scene) for t in clause[1:]):
+    if stop - at < 3 - opened or said & _SIDES or relations(clause) or any(_checked(t, scene) for t in clause[1:]):
         return False
     if words[at].text == "for" or opened:
         return bool(said & _MEMORY)

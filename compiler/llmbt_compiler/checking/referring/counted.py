@@ -112,6 +112,8 @@ def one_there(
 
 def other(words: Sequence[Token], i: int, single: set[str], scene: Scene) -> Meant | None:
     """ "The other green one", where one of them has been named before: what is left of them."""
+    if words[i].text == "another":
+        return _another(words, i, single, scene)
     if [t.text for t in words[i : i + 2]] != ["the", "other"] or i + 2 >= len(words):
         return None
     end = noun((*words[: i + 1], *words[i + 2 :]), i, scene)
@@ -122,3 +124,14 @@ def other(words: Sequence[Token], i: int, single: set[str], scene: Scene) -> Mea
     left = tuple(o for o in found.ids if o not in single) if isinstance(found, Found) else ()
     known = isinstance(found, Found) and single & set(found.ids)
     return Meant(i, end + 1, left) if known and left and not tells(words, end + 1, scene) else None
+
+
+def _another(words: Sequence[Token], i: int, single: set[str], scene: Scene) -> Meant | None:
+    """ "Another block": one more, of all that have not been named."""
+    end = noun(words, i, scene)
+    phrase = [t for t in words[i + 1 : end] if t.text != "one"] if end else []
+    if not phrase or any(t.text in lexicon().sizes or t.text in lexicon().ordinals for t in phrase):
+        return None
+    found = resolve_objects((Token("all", phrase[0].start, phrase[0].start), *phrase), scene, Talk())
+    left = tuple(o for o in found.ids if o not in single) if isinstance(found, Found) else ()
+    return Meant(i, end, left) if left and not tells(words, end, scene) else None

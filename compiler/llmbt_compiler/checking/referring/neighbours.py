@@ -16,7 +16,7 @@ from llmbt_compiler.parsing.words import Token, lexicon
 
 __all__ = ["neighbour"]
 
-_NEIGHBOURS = frozenset({"neighbour", "neighbor"})
+_NEIGHBOURS = frozenset({"neighbour", "neighbor", "neighbours", "neighbors"})
 _MODIFYING = frozenset(
     {"direct", "immediate", "next", "-", "door", "only", "sole", "closest", "nearest", "own", "block"}
 )
@@ -29,13 +29,17 @@ def neighbour(words: Sequence[Token], i: int, line: str, scene: Scene, where: di
     head = next((k for k in range(i + 1, min(len(words), i + _LONGEST)) if words[k].text in _NEIGHBOURS), None)
     if head is None:
         return None
-    owner = next((k for k in range(i, head) if words[k].owner), None)
+    of_them = [t.text for t in words[i : i + 2]] == ["one", "of"]
+    if words[head].text.endswith("s") and not of_them:
+        return None
+    first = i + 2 * of_them
+    owner = next((k for k in range(first, head) if words[k].owner), None)
     of = [t.text for t in words[head + 1 : head + 2]] in (["of"], ["to"])
     if owner is not None:
-        marks, told, stop = _owners(words, i, owner, scene), words[owner + 1 : head], head + 1
-    elif of and lexicon().is_(words[i].text, "articles"):
+        marks, told, stop = _owners(words, first, owner, scene), words[owner + 1 : head], head + 1
+    elif of and lexicon().is_(words[first].text, "articles"):
         mark = landmark(words, head + 2, scene) or _coloured(words, head + 2, scene)
-        marks, told, stop = (mark.ids, words[i + 1 : head], mark.end) if mark is not None else ((), (), 0)
+        marks, told, stop = (mark.ids, words[first + 1 : head], mark.end) if mark is not None else ((), (), 0)
     else:
         return None
     colours = {t.text for t in told if t.text in scene.colours}

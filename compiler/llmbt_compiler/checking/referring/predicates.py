@@ -5,16 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from llmbt_compiler.checking.referring.landmarks import landmark
 from llmbt_compiler.checking.referring.lists import AT, POINTING
 from llmbt_compiler.checking.referring.model import Meant
-from llmbt_compiler.checking.referring.nouns import noun
+from llmbt_compiler.checking.referring.nouns import noun, plural
 from llmbt_compiler.checking.referring.standing import place_named, standing_there
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.checking.wording import listed
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.space.expressions import Ranked, rank_of
+from llmbt_compiler.parsing.space.expressions import Ranked, rank_of, relations
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.words import Token, lexicon
 
@@ -43,11 +44,13 @@ def predicated(words: Sequence[Token], i: int, line: str, scene: Scene, where: d
     text = words[i].text
     if text in _WHICHEVER and (text in {"whichever", "whatever"} or _asks(words, i, scene)):
         return _which(words, i, line, scene, where)
-    if text not in POINTING:
+    if text not in POINTING | {"a", "an", "one"}:
         return None
     end = noun(words, i, scene) or (i + 2 if [t.text for t in words[i + 1 : i + 2]] == ["one"] else 0)
     if end:
-        return _relative(words, i, end, line, scene, where) or _at_the_end(words, i, end, line, scene, where)
+        return _relative(words, i, end, line, scene, where) or (
+            _at_the_end(words, i, end, line, scene, where) if text in POINTING else None
+        )
     return _headless(words, i, line, scene, where)
 
 
@@ -66,20 +69,40 @@ def _which(words: Sequence[Token], i: int, line: str, scene: Scene, where: dict[
     rank = _rank_at(words, verb + 1)
     at = next((k for k in range(i + 1, verb) if words[k].text in AT - {"of"}), verb)
     pool = _pool(words[i + 1 : at], scene, line, where)
+    if rank is None and pool is not None:
+        return _beside(words, i, verb + 1, pool, line, scene, where)
     if rank is None or pool is None:
         return None
     ids, _ = standing_there(words, at, pool, scene, where) if at < verb else (pool, at)
     return _there(words, i, rank[1], ids, rank[0], line, scene, where)
 
 
+def _beside(
+    words: Sequence[Token], i: int, at: int, pool: Sequence[str], line: str, scene: Scene, where: dict[str, str | None]
+) -> Meant | None:
+    """ "Whatever stands (next to the red block)"."""
+    of = next((r for r in relations(words) if r.start == at and r.name != "between"), None)
+    mark = landmark(words, of.end, scene) if of is not None else None
+    if of is None or mark is None or len(mark.ids) != 1 or not scene[mark.ids[0]].movable:
+        return None
+    found = World(scene, Ledger(dict(where)), where, Talk(where), line).related(
+        of, pool, mark.ids, words[i : mark.end], False
+    )
+    ids = found.ids if isinstance(found, Found) else found.candidates if found.code == "E304" else ()
+    return Meant(i, mark.end, ids, stop=mark.end) if ids else None
+
+
 def _relative(
     words: Sequence[Token], i: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
 ) -> Meant | None:
     """ "The yellow block that lies (more to the left)", "the block which is (larger than all the rest)"."""
-    if end + 2 >= len(words) or words[end].text not in {"that", "which"} or words[end + 1].text not in _BEING:
+    if end + 2 >= len(words):
         return None
-    rank = _rank_at(words, end + 2)
-    pool = _pool(words[i:end], scene, line, where)
+    led = words[end].text in {"that", "which"} and words[end + 1].text in _BEING
+    at = end + 2 if led else end + int(words[end].text in {"standing", "lying", "sitting"})
+    rank = _rank_at(words, at) if led or words[at].text in _FURTHER else None
+    pool = _of_those(words, i, scene, line, where) if words[end - 1].text == "one" and end == i + 2 else None
+    pool = pool or _pool(words[i:end], scene, line, where)
     return _there(words, i, rank[1], pool, rank[0], line, scene, where) if rank is not None and pool else None
 
 
@@ -122,24 +145,31 @@ def _headless(words: Sequence[Token], i: int, line: str, scene: Scene, where: di
     if words[i].text != "the" or i + 1 >= len(words) or not words[i + 1].text.endswith("est"):
         return None
     rank = _rank_at(words, i + 1)
-    begin, _ = sentence_at(words, i)
     if rank is None or rank[1] != i + 2:
         return None
     short = (*words[: i + 1], *words[i + 2 :])
     end = noun(short, i, scene)
     if end and rank_of(words, i + 1, i + 2) is None:  # "the bulkiest block"
-        pool = _pool(short[i:end], scene, line, where) or ()
-        ids, _ = standing_there(words, end + 1, pool, scene, where)
+        ids, _ = standing_there(words, end + 1, _pool(short[i:end], scene, line, where) or (), scene, where)
         return _ranked(words, i, end + 1, ids, rank[0], line, scene, where)
     after = words[i + 2].text if i + 2 < len(words) else "."
     if after == "of":
         return None
-    of = next((k for k in range(begin, i) if words[k].text in {"of", "among", "amongst", "from"}), None)
-    if of is None or scene.word(words[min(i + 2, len(words) - 1)], True).text or of != begin:
+    if scene.word(words[min(i + 2, len(words) - 1)], True).text:
         return None
-    stop = next((k for k in range(of + 1, i) if not words[k].word), i)
-    pool = _pool(words[of + 1 : stop], scene, line, where)
+    pool = _of_those(words, i, scene, line, where)
     return _ranked(words, i, i + 2, pool, rank[0], line, scene, where) if pool else None
+
+
+def _of_those(
+    words: Sequence[Token], i: int, scene: Scene, line: str, where: dict[str, str | None]
+) -> tuple[str, ...] | None:
+    """ "Of the drinks I'd like (the one standing furthest back)": those that its sentence begins with."""
+    begin, _ = sentence_at(words, i)
+    if words[begin].text not in {"of", "among", "amongst", "from"}:
+        return None
+    stop = next((k + 1 for k in range(begin + 1, min(i, begin + 6)) if plural(words[k], scene)), 0)
+    return _pool(words[begin + 1 : stop], scene, line, where) if stop else None
 
 
 def _rank_at(words: Sequence[Token], at: int) -> tuple[str, int] | None:
@@ -162,7 +192,7 @@ def _rank_at(words: Sequence[Token], at: int) -> tuple[str, int] | None:
     side = _SIDES.get(words[k].text) if k < len(words) else None
     while k + 1 < len(words) and words[k + 1].text in _END_NOUNS:
         k += 1
-    of = k + 1 < len(words) and words[k + 1].text == "of"
+    of = k + 1 < len(words) and words[k + 1].text == "of" and words[k].text not in {"edge", "end"}
     return (side, k + 1) if side is not None and not of else None
 
 
