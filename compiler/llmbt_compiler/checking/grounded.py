@@ -45,7 +45,7 @@ _ANYTHING = frozenset({
     "thirsty", "contents", "content", "what", "stuff", "lot", "whichever",
 })  # fmt: skip
 _PLACES = frozenset({"place", "spot", "home", "position", "slot", "corner", "shelf", "level"})
-_EXCHANGE = frozenset({"where", "versa", "places"})
+_EXCHANGE = frozenset({"versa", "places"})
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,9 @@ class _Request:
 
     @property
     def exchanges(self) -> bool:
-        return bool(self.texts & (_EXCHANGE | lexicon().verbs["exchange"]))
+        texts = [t.text for t in self.words]
+        where = any(a == "where" and b not in {"it", "they"} for a, b in pairwise([*texts, ""]))
+        return where or bool(self.texts & (_EXCHANGE | lexicon().verbs["exchange"]))
 
     def counted(self, place: str) -> bool:
         """Whether a place's number stands behind its kind, however it is spelt, or behind a word of where to: "on levl

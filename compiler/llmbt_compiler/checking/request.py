@@ -7,12 +7,13 @@ which the goals take one; a name with a number that the map does not have; a col
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.choices import left_open
+from llmbt_compiler.checking.counting import counted_beyond
 from llmbt_compiler.checking.doubts import doubted
 from llmbt_compiler.checking.levels import levels_from
 from llmbt_compiler.checking.referring import Meant, meant_objects, place_named, told_apart
@@ -54,6 +55,8 @@ _CORRECTED = re.compile(
     re.IGNORECASE,
 )
 """Takes something back that was said before."""
+_DEFINITE = frozenset({"the", "that", "this", "my", "a", "another", "any"})
+_BUT = frozenset({"not", "except", "but", "excluding", "bar", "save"})
 _NOT = frozenset({"isnt", "arent", "wasnt", "werent", "doesnt", "dont", "didnt", "hasnt", "wont", "cant"})
 _TURNING = ("negation", "except", "instead", "conditional")
 _EXCEPTED = re.compile(
@@ -244,7 +247,7 @@ def _points(
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
         if i in phrases:
             phrase = phrases[i]
-            fits = _not_there_yet(phrase, goals, scene)
+            fits = tuple(f for f in _not_there_yet(phrase, goals, scene) if f not in _left_out(words, phrases, phrase))
             fits = tuple(f for f in fits if f in among) if len(among & set(fits)) == 1 else fits
             taken = (moved & set(fits)) or (said & set(fits))
             told_closer = phrase.vague and any(
@@ -257,6 +260,7 @@ def _points(
             elif (
                 (0 < len(taken) < len(fits) if phrase.vague else len(fits) > len(taken) == phrase.count)
                 and not (spoken_of & set(fits) or taken <= own)
+                and not any(set(p.ids) == taken for p in phrases.values())
                 and not left_open(words, request, scene, movable=True)
                 and not _explained(words, phrase.end)
                 and not told_apart(words, i, phrase.end, taken, fits, scene)
@@ -268,10 +272,24 @@ def _points(
         foreign = _foreign(words, i, scene)
         if foreign is not None and not _if(words, i) and not _vessel(words, i, moved, scene):
             yield OpenPoint(_lacks(foreign, words[i : i + 2], request))
-        if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
-            found = resolve_objects(words[i : i + 2], scene, Talk())
+        stands = _is_noun(words, i + 1, scene) or _hue_alone(words, i)
+        if t.text in _HUES | scene.colours and stands and not _if(words, i):
+            parts = words[i : i + 1] if _hue_alone(words, i) else words[i : i + 2]
+            found = resolve_objects(parts, scene, Talk())
             if isinstance(found, Fault) and found.code == "E301" and not _vessel(words, i, moved, scene):
-                yield OpenPoint(_lacks(found, words[i : i + 2], request))
+                yield OpenPoint(_lacks(found, parts, request))
+
+
+def _left_out(words: Sequence[Token], phrases: Mapping[int, Meant], of: Meant) -> frozenset[str]:
+    """What the sentence takes out of a phrase: "a green block, only not the one in the middle"."""
+    _, stop = sentence_at(words, of.start)
+    out = frozenset[str]()
+    for k in range(of.end, stop):
+        phrase = phrases.get(k)
+        before = {t.text for t in words[max(of.end, k - 2) : k]}
+        if phrase is not None and len(phrase.ids) == 1 and before & _BUT:
+            out |= set(phrase.ids)
+    return out
 
 
 def _vessel(words: Sequence[Token], i: int, moved: set[str], scene: Scene) -> bool:
@@ -376,6 +394,12 @@ def _is_noun(words: Sequence[Token], i: int, scene: Scene) -> bool:
     return bool(known) and known not in scene.colours and scene.understood(known, True)
 
 
+def _hue_alone(words: Sequence[Token], i: int) -> bool:
+    """ "The blue one", "that blue one": a colour that stands for a thing."""
+    after = words[i + 1].text if i + 1 < len(words) else ""
+    return i > 0 and words[i - 1].text in _DEFINITE and after in {"one", "ones"}
+
+
 def _if(words: Sequence[Token], i: int) -> bool:
     return any(lexicon().is_(t.text, "conditional") for t in words[:i])
 
@@ -404,7 +428,15 @@ def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
 
 
 def _beyond(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
-    """ "Two slots to the left", where there is but one."""
+    """ "Two slots to the left", where there is but one; "the fourth level", where there are three."""
+    for far in counted_beyond(words, tuple(meant_objects(words, request, scene)), scene):
+        if _if(words, far.start):
+            continue
+        said = request[words[far.start].start : words[far.end - 1].end]
+        title = f"the request names what is not there: `{said}`, and {far.there}"
+        span = span_of(words[far.start : far.end], request)
+        told = Diagnostic("E142", title, span, "not there", "say another", candidates=far.candidates)
+        yield OpenPoint(told)
     where = {o.id: o.place for o in scene.map.objects}
     moved = [o for g in goals if g.condition.name == "On" and (o := g.condition.args[0])]
     for start, end, last in nothing_beyond(words, tuple(meant_objects(words, request, scene)), moved, scene):
