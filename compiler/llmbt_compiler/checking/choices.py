@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise, takewhile
 
+from llmbt_compiler.checking.referring import predicated
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token, singulars, tokens
@@ -55,6 +56,8 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
         said = [t.text for t in tokens(m.group(0)[: m.start("what") - m.start()])]
         if said == ["whichever"] and re.search(r"\b(?:is|are) the \w+(?:est|most|er)\b", request[m.end() :]):
             continue  # "whichever item on the table is the rightmost one"
+        if said == ["whichever"] and _ranked(words, request, m.start(), scene):
+            continue  # "whichever of the yellow ones is further left"
         of_places = (
             "where" in said
             or bool(_SPOTS & set(said))
@@ -69,6 +72,13 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
         if of_places != movable or (not movable and not of_places):
             return True
     return False
+
+
+def _ranked(words: Sequence[Token], request: str, at: int, scene: Scene) -> bool:
+    """Whether "whichever" begins a phrase that a rank tells."""
+    where = {o.id: o.place for o in scene.map.objects}
+    k = next((k for k, t in enumerate(words) if t.start >= at), 0)
+    return predicated(words, k, request, scene, where) is not None
 
 
 def _of_places_alone(request: str, at: int, scene: Scene) -> bool:

@@ -7,18 +7,19 @@ which the goals take one; a name with a number that the map does not have; a col
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
+from llmbt_compiler.checking.beyond import beyond
 from llmbt_compiler.checking.choices import left_open
-from llmbt_compiler.checking.counting import counted_beyond
 from llmbt_compiler.checking.doubts import doubted
+from llmbt_compiler.checking.enough import not_enough
 from llmbt_compiler.checking.levels import levels_from
 from llmbt_compiler.checking.referring import Meant, meant_objects, place_named, told_apart
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
-from llmbt_compiler.checking.sides import beside, nothing_beyond, shifts, sideways
+from llmbt_compiler.checking.sides import beside, sideways
 from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.parsing import Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
@@ -88,13 +89,14 @@ def open_points(
     words = tokens(line)
     return (
         *_misplaced(words, line, parsed, scene),
+        *_doubted(words, line, parsed.goals, scene),
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
-        *_beyond(words, line, parsed.goals, scene),
+        *map(OpenPoint, beyond(words, line, parsed.goals, scene)),
+        *_not_enough(words, line, scene),
         *_spots(words, line, parsed.goals, scene),
         *_pronouns(words, line, parsed.goals, scene),
         *_passed_over(words, line, parsed, scene, frozenset(mentioned_in(said, scene))),
         *_relations(words, line, parsed),
-        *_doubted(words, line, parsed.goals, scene),
     )
 
 
@@ -107,7 +109,8 @@ def lacking(request: str, semantic_map: SemanticMap, library: Library) -> OpenPo
     points = (
         *_misplaced(words, line, ParseResult(), scene),
         *_points(words, line, (), scene, frozenset()),
-        *_beyond(words, line, (), scene),
+        *map(OpenPoint, beyond(words, line, (), scene)),
+        *_not_enough(words, line, scene),
     )
     return next((p for p in points if p.diagnostic.code == "E142"), None)
 
@@ -123,6 +126,9 @@ def _passed_over(
     if _CORRECTED.search(request) is not None or _EXCEPTED.search(request) is not None:
         return
     landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
+    moved = {g.condition.args[0] for g in parsed.goals if g.condition.args}
+    told = [m for m in meant_objects(words, request, scene) if m.stop and moved & set(m.ids)]
+    landmarks |= {id(t) for m in told for t in words[m.start : m.stop]}  # "the green neighbour of the red block"
     about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
     about |= {i for m in parsed.moves for i in (m.target, m.place)}
     chosen = any(t.text == "either" for t in words) or left_open(words, request, scene, movable=True)
@@ -193,7 +199,7 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
 def _doubted(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """ "Up to 31. Or was it 33?": two of a kind, and the user does not know which."""
     about = {a for g in goals for a in g.condition.args}
-    for i, pair in doubted(words, request, scene):
+    for i, pair in doubted(words, scene):
         hit = {id_: [a for a in about if a == id_ or (not scene[id_].movable and scene.within(a, id_))] for id_ in pair}
         taken = [id_ for id_ in pair if hit[id_]]
         if len(taken) == 1:
@@ -259,8 +265,7 @@ def _points(
                 yield OpenPoint(_too_few(words[i : phrase.end], request, phrase))
             elif (
                 (0 < len(taken) < len(fits) if phrase.vague else len(fits) > len(taken) == phrase.count)
-                and not (spoken_of & set(fits) or taken <= own)
-                and not any(set(p.ids) == taken for p in phrases.values())
+                and not (spoken_of & set(fits) or taken <= own or _told_later(phrase, phrases.values(), taken))
                 and not left_open(words, request, scene, movable=True)
                 and not _explained(words, phrase.end)
                 and not told_apart(words, i, phrase.end, taken, fits, scene)
@@ -290,6 +295,15 @@ def _left_out(words: Sequence[Token], phrases: Mapping[int, Meant], of: Meant) -
         if phrase is not None and len(phrase.ids) == 1 and before & _BUT:
             out |= set(phrase.ids)
     return out
+
+
+def _told_later(phrase: Meant, phrases: Iterable[Meant], taken: set[str]) -> bool:
+    """ "Red and green would look nice together. Put the red one next to the green one on level 1": told closer behind
+    it."""
+    closer = [
+        p.ids for p in phrases if p.start > phrase.start and len(p.ids) == p.count and set(p.ids) < set(phrase.ids)
+    ]
+    return bool(taken) and any(taken <= set(ids) for ids in closer)
 
 
 def _vessel(words: Sequence[Token], i: int, moved: set[str], scene: Scene) -> bool:
@@ -336,6 +350,9 @@ def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene:
         said = begin < len(words) and (words[begin].text == "from" or (begin > phrase.end and words[begin].text in _AT))
         said = said or _tells_where(words, begin, scene)
         place, stop = place_named(words, begin + 1, scene) if said else (None, begin)
+        opens = sentence_at(words, phrase.start)[0]
+        if place is None and opens < phrase.start and words[opens].text in {"from", "off"}:
+            place, stop = place_named(words, opens + 1, scene)[0], phrase.end  # "from level 2, the yellow block"
         if place is None or not phrase.ids:
             continue
         moved = {m.place for m in parsed.moves if m.target in phrase.ids}
@@ -427,29 +444,15 @@ def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
         yield OpenPoint(told, place)
 
 
-def _beyond(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
-    """ "Two slots to the left", where there is but one; "the fourth level", where there are three."""
-    for far in counted_beyond(words, tuple(meant_objects(words, request, scene)), scene):
+def _not_enough(words: Sequence[Token], request: str, scene: Scene) -> Iterator[OpenPoint]:
+    """ "Another coke", where there is one."""
+    for far in not_enough(words, tuple(meant_objects(words, request, scene)), scene):
         if _if(words, far.start):
             continue
         said = request[words[far.start].start : words[far.end - 1].end]
         title = f"the request names what is not there: `{said}`, and {far.there}"
         span = span_of(words[far.start : far.end], request)
-        told = Diagnostic("E142", title, span, "not there", "say another", candidates=far.candidates)
-        yield OpenPoint(told)
-    where = {o.id: o.place for o in scene.map.objects}
-    moved = [o for g in goals if g.condition.name == "On" and (o := g.condition.args[0])]
-    for start, end, last in nothing_beyond(words, tuple(meant_objects(words, request, scene)), moved, scene):
-        said = request[words[start].start : words[end - 1].end]
-        title = f"the request names what is not there: `{said}` is no position, {last} is the last one"
-        yield OpenPoint(Diagnostic("E142", title, span_of(words[start:end], request), "beyond the end", "say another"))
-    here = where.get(moved[0]) if len(moved) == 1 else None
-    for shift in shifts(words) if here is not None else ():
-        if here is not None and shift.beyond(here, scene):
-            said = request[words[shift.start].start : words[shift.end - 1].end]
-            title = f"the request names what is not there: `{said}` of {here} is no position"
-            span = span_of(words[shift.start : shift.end], request)
-            yield OpenPoint(Diagnostic("E142", title, span, "beyond the end", "say another place"))
+        yield OpenPoint(Diagnostic("E142", title, span, "not there", "say another", candidates=far.candidates))
 
 
 def _several(

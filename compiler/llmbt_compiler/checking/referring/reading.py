@@ -8,7 +8,9 @@ from dataclasses import replace
 from llmbt_compiler.checking.referring.counted import one_there, other, several, some_of
 from llmbt_compiler.checking.referring.lists import INDEFINITE, POINTING
 from llmbt_compiler.checking.referring.model import Meant
+from llmbt_compiler.checking.referring.neighbours import neighbour
 from llmbt_compiler.checking.referring.nouns import bare, noun
+from llmbt_compiler.checking.referring.predicates import predicated
 from llmbt_compiler.checking.referring.ranks import ranked
 from llmbt_compiler.checking.referring.relative import compared, related
 from llmbt_compiler.checking.referring.simple import colour_alone, plain, something, something_compared, told_alone
@@ -35,6 +37,8 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
             or some_of(words, i, scene, where)
             or something(words, i, scene)
             or something_compared(words, i, line, scene, where)
+            or predicated(words, i, line, scene, where)
+            or neighbour(words, i, line, scene, where)
             or told_alone(words, i, scene)
             or one_there(words, i, scene, where, group)
             or colour_alone(words, i, scene)

@@ -9,7 +9,9 @@ from llmbt_compiler.checking.referring.landmarks import landmark
 from llmbt_compiler.checking.referring.lists import INDEFINITE, STANDING
 from llmbt_compiler.checking.referring.model import Meant
 from llmbt_compiler.checking.referring.standing import clause, goes_on, standing_there
+from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
+from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import Relation, relations
@@ -34,8 +36,10 @@ def related(
         return by
     of = next((r for r in relations(words) if end <= r.start <= begin), None)
     stop = name_end(words, of) if of is not None else begin
-    if of is None or not (begin > end or goes_on(words, start, stop)):
+    if of is None or not (begin > end or goes_on(words, start, stop) or _destined(words, start, scene)):
         return None
+    if stop == of.end and not of.owner:
+        return None  # "a red thing behind"
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
     phrase = [t for t in words[start:end] if t.text != "one"]
     pool = world.every(phrase, True)
@@ -52,6 +56,12 @@ def related(
         near = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
         ids |= dict.fromkeys(near)
     return Meant(start, stop, tuple(sorted(ids, key=natural)))
+
+
+def _destined(words: Sequence[Token], start: int, scene: Scene) -> bool:
+    """Whether its sentence has named one position before, so that what follows can only tell which thing goes there."""
+    begin, _ = sentence_at(words, start)
+    return any(begin <= m.start < start and scene.single(m.id) for m in mentions_in(words, scene))
 
 
 def _by_neighbour(

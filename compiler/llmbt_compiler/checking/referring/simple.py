@@ -84,6 +84,11 @@ def something_compared(
 def told_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
     """ "The one that Marta wants", "whatever Tom ordered": it may be anything."""
     one = words[i].text in POINTING and [t.text for t in words[i + 1 : i + 2]] == ["one"]
+    if [t.text for t in words[max(0, i - 2) : i + 2]] in (
+        ["you", "know", "which", "one"],
+        ["you", "remember", "which", "one"],
+    ):
+        return Meant(i, i + 2, tuple(sorted((e.id for e in scene.objects), key=natural)))
     any_ = words[i].text in {"whatever", "what"} and i + 1 < len(words) and words[i + 1].text != "you"
     end = i + 2 if one else i + 1
     before = words[:i]

@@ -1,5 +1,5 @@
-"""Counted further than the map goes: "the fourth level", "the fifth place from the left", "another coke", a gap between
-two positions that touch."""
+"""What a request asks for a second time and the map has once ("another coke"), and a gap between two positions that
+touch."""
 
 from __future__ import annotations
 
@@ -11,18 +11,16 @@ from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import relations
-from llmbt_compiler.parsing.words import Token, lexicon
+from llmbt_compiler.parsing.words import Token
 
-__all__ = ["Beyond", "counted_beyond"]
+__all__ = ["Lacking", "not_enough"]
 
-_LEVELS = frozenset({"level", "shelf", "row", "tier", "storey", "story", "floor", "board"})
-_SLOTS = frozenset({"position", "slot", "spot", "place", "space"})
 _AGAIN = frozenset({"another", "second", "further", "additional", "extra"})
 _MARKS = frozenset({",", ";", "and"})
 
 
 @dataclass(frozen=True, slots=True)
-class Beyond:
+class Lacking:
     """words[start:end] count what is not there, and what there is instead."""
 
     start: int
@@ -31,34 +29,17 @@ class Beyond:
     candidates: tuple[str, ...] = ()
 
 
-def counted_beyond(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -> Iterator[Beyond]:
-    """Every phrase that counts levels, positions or things further than there are, or asks for a place where there is
-    none."""
-    yield from _ordinals(words, scene)
+def not_enough(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -> Iterator[Lacking]:
+    """Every phrase that asks for one more of a thing than there are, or for a place where there is none."""
     yield from _another(words, phrases, scene)
     yield from _no_gap(words, scene)
-
-
-def _ordinals(words: Sequence[Token], scene: Scene) -> Iterator[Beyond]:
-    """ "The fourth level", "fifth slot", where a shelf has three and a level four."""
-    rows = {c: len(scene.map.inside(c)) for p in scene.places if scene.single(p.id) for c in _row_of(p.id, scene)}
-    if not rows:
-        return
-    for i, t in enumerate(words[:-1]):
-        rank = lexicon().ordinals.get(t.text)
-        if rank is None or rank < 1:
-            continue
-        noun = words[i + 1].text
-        most = len(rows) if noun in _LEVELS else max(rows.values()) if noun in _SLOTS else 0
-        if most and rank > most:
-            yield Beyond(i, i + 2, f"there are {most}")
 
 
 def _row_of(place: str, scene: Scene) -> tuple[str, ...]:
     return tuple(scene.map.containers(place))[:1]
 
 
-def _another(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -> Iterator[Beyond]:
+def _another(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -> Iterator[Lacking]:
     """ "One coke for me and another one for Paul", "one milk here and one milk there", where there is one."""
     named = {m.start: (m.end, (m.id,)) for m in mentions_in(words, scene) if scene[m.id].movable}
     named |= {p.start: (max(p.end, 1), p.ids) for p in phrases if len(p.ids) == 1}
@@ -75,11 +56,11 @@ def _another(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -> 
             more = words[k].text in _AGAIN and after in {"one", noun}
             twice = counted and words[k].text == "one" and after == noun and noun not in {"one", "block"}
             if (more or twice) and any(w.text in _MARKS for w in words[end:k]):
-                yield Beyond(k, min(k + 2, stop), f"there is only {ids[0]}", ids)
+                yield Lacking(k, min(k + 2, stop), f"there is only {ids[0]}", ids)
                 return
 
 
-def _no_gap(words: Sequence[Token], scene: Scene) -> Iterator[Beyond]:
+def _no_gap(words: Sequence[Token], scene: Scene) -> Iterator[Lacking]:
     """ "Between positions 13 and 14", which are next to each other."""
     named = mentions_in(words, scene)
     for relation in relations(words):
@@ -92,4 +73,4 @@ def _no_gap(words: Sequence[Token], scene: Scene) -> Iterator[Beyond]:
         row = sorted((p.id for p in scene.map.inside(inner[0])), key=natural) if inner else []
         a, b = (row.index(m.id) if m.id in row else -9 for m in at)
         if a >= 0 and b >= 0 and abs(a - b) == 1:
-            yield Beyond(relation.start, at[1].end, f"{at[0].id} and {at[1].id} are next to each other")
+            yield Lacking(relation.start, at[1].end, f"{at[0].id} and {at[1].id} are next to each other")
