@@ -67,7 +67,8 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
             t.text in scene.generic(False) or t.text.removesuffix("s") in _SPOTS
             for t in takewhile(lambda t: t.text not in {"to", "onto", "into", "for", "on"}, tokens(m.group("what")))
         )
-        of_places = of_places or _of_places_alone(request, m.start(), scene)
+        which = said[-1:] == ["which"] and tokens(m.group("what"))[:1] and tokens(m.group("what"))[0].text == "of"
+        of_places = of_places or (not which and _of_places_alone(request, m.start(), scene))
         if of_places != movable or (not movable and not of_places):
             return True
     return False

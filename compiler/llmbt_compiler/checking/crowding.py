@@ -12,6 +12,8 @@ from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sente
 from llmbt_compiler.checking.staying import here_named
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
+from llmbt_compiler.parsing.names import Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.words import Token, lexicon, singulars, tokens
@@ -20,7 +22,8 @@ from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["too_many"]
 
-_ONTO = frozenset({"on", "onto", "in", "into", "to", "at"})
+_ONTO = frozenset({"on", "onto", "in", "into", "to", "at", "along", "across"})
+_ALL = frozenset({"all", "every", "each"})
 _JOINING = frozenset({"and", ",", "&", "the", "both", "also", "plus"})
 _OTHERWISE = frozenset({
     "then", "after", "afterwards", "later", "first", "until", "or", "from", "swap", "exchange", "switch", "between",
@@ -89,7 +92,11 @@ def _everything(words: Sequence[Token], scene: Scene) -> Iterator[Meant]:
     for i, t in enumerate(words):
         begin, end = sentence_at(words, i)
         said = {w.text for w in words[begin:end]}
-        if t.text != "everything" or said & _EXCEPTING or lexicon().function["negation"] & said:
+        if said & _EXCEPTING or lexicon().function["negation"] & said - {"no"}:
+            continue
+        if t.text in _ALL:
+            yield from _all(words, i, end, scene)
+        if t.text != "everything":
             continue
         there = i + 1 < end and words[i + 1].text in {"from", "on", "in", "off", "thats"}
         place, stop = place_named(words, i + 2, scene) if there else (None, i + 1)
@@ -97,6 +104,24 @@ def _everything(words: Sequence[Token], scene: Scene) -> Iterator[Meant]:
         onto = there and place is not None and not any(w.text in _ONTO for w in words[stop:end])
         if ids and (place is not None or not there) and not onto:
             yield Meant(i, stop, ids, len(ids))
+
+
+def _all(words: Sequence[Token], i: int, end: int, scene: Scene) -> Iterator[Meant]:
+    """ "All of the blocks", "every green block", "all six of them": all there are of a kind."""
+    k = i + 1
+    while k < end and (words[k].text in {"of", "the", "these", "those", "my", "single"} or words[k].number is not None):
+        k += 1
+    numbers = {t.number for t in words[i:k] if t.number is not None}
+    if k < end and words[k].text == "them":
+        ids = tuple(e.id for e in scene.objects)
+        if numbers == {str(len(ids))}:
+            yield Meant(i, k + 1, ids, len(ids))
+        return
+    for stop in (k + 2, k + 1):
+        found = resolve_objects((Token("all", words[i].start, words[i].end), *words[k:stop]), scene, Talk())
+        if k < stop <= end and isinstance(found, Found) and not found.corrected:
+            yield Meant(i, stop, found.ids, len(found.ids))
+            return
 
 
 def _in_two(

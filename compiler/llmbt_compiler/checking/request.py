@@ -7,14 +7,16 @@ which the goals take one; a name with a number that the map does not have; a col
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.beyond import beyond
 from llmbt_compiler.checking.choices import left_open
+from llmbt_compiler.checking.complaints import lacks, several, too_few
 from llmbt_compiler.checking.doubts import doubted
+from llmbt_compiler.checking.enough import not_enough
 from llmbt_compiler.checking.levels import levels_from
 from llmbt_compiler.checking.referring import Meant, meant_objects, place_named, told_apart
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
@@ -57,6 +59,8 @@ _CORRECTED = re.compile(
     re.IGNORECASE,
 )
 """Takes something back that was said before."""
+_DEFINITE = frozenset({"the", "that", "this", "my", "a", "another", "any"})
+_BUT = frozenset({"not", "except", "but", "excluding", "bar", "save"})
 _NOT = frozenset({"isnt", "arent", "wasnt", "werent", "doesnt", "dont", "didnt", "hasnt", "wont", "cant"})
 _TURNING = ("negation", "except", "instead", "conditional")
 _EXCEPTED = re.compile(
@@ -91,6 +95,7 @@ def open_points(
         *_doubted(words, line, parsed.goals, scene),
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
         *map(OpenPoint, beyond(words, line, parsed.goals, scene)),
+        *_not_enough(words, line, scene),
         *_spots(words, line, parsed.goals, scene),
         *_pronouns(words, line, parsed.goals, scene),
         *_passed_over(words, line, parsed, scene, frozenset(mentioned_in(said, scene))),
@@ -121,6 +126,7 @@ def lacking(request: str, semantic_map: SemanticMap, library: Library) -> OpenPo
         *_misplaced(words, line, ParseResult(), scene),
         *_points(words, line, (), scene, frozenset()),
         *map(OpenPoint, beyond(words, line, (), scene)),
+        *_not_enough(words, line, scene),
     )
     return next((p for p in points if p.diagnostic.code == "E142"), None)
 
@@ -216,7 +222,7 @@ def _doubted(words: Sequence[Token], request: str, goals: Sequence[Goal], scene:
         taken = [id_ for id_ in pair if hit[id_]]
         if len(taken) == 1:
             what = "objects" if scene[pair[0]].movable else "places"
-            told = _several(words[i : i + 1], request, pair, taken, what)
+            told = several(words[i : i + 1], request, pair, taken, what)
             yield OpenPoint(told, hit[taken[0]][0] if len(hit[taken[0]]) == 1 else None)
 
 
@@ -240,7 +246,7 @@ def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene
         own = [i for k, i in named if a <= k < it]
         taken = sorted(moved & set(ids))
         if len(ids) > 1 and len(taken) == 1 and not own:
-            yield OpenPoint(_several(words[it : it + 1], request, ids, taken), taken[0])
+            yield OpenPoint(several(words[it : it + 1], request, ids, taken), taken[0])
 
 
 def _ordered(words: Sequence[Token], i: int) -> bool:
@@ -262,10 +268,10 @@ def _points(
         if i in numbered:
             found = _named(words, i, scene)
             if isinstance(found, Fault) and found.code in {"E301", "E302"}:
-                yield OpenPoint(_lacks(found, words[i : i + 2], request))
+                yield OpenPoint(lacks(found, words[i : i + 2], request))
         if i in phrases:
             phrase = phrases[i]
-            fits = _not_there_yet(phrase, goals, scene)
+            fits = tuple(f for f in _not_there_yet(phrase, goals, scene) if f not in _left_out(words, phrases, phrase))
             fits = tuple(f for f in fits if f in among) if len(among & set(fits)) == 1 else fits
             taken = (moved & set(fits)) or (said & set(fits))
             told_closer = phrase.vague and any(
@@ -274,7 +280,7 @@ def _points(
             if told_closer:
                 continue  # "a couple of things ..., so two of the green blocks"
             if len(phrase.ids) < phrase.count:
-                yield OpenPoint(_too_few(words[i : phrase.end], request, phrase))
+                yield OpenPoint(too_few(words[i : phrase.end], request, phrase))
             elif (
                 (0 < len(taken) < len(fits) if phrase.vague else len(fits) > len(taken) == phrase.count)
                 and not (spoken_of & set(fits) or taken <= own or _told_later(phrase, phrases.values(), taken))
@@ -282,21 +288,35 @@ def _points(
                 and not _explained(words, phrase.end)
                 and not told_apart(words, i, phrase.end, taken, fits, scene)
             ):
-                told = _several(words[i : phrase.end], request, fits, sorted(taken))
+                told = several(words[i : phrase.end], request, fits, sorted(taken))
                 yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
             spoken_of |= set(fits) if len(fits) == 1 else set()
             among = set(phrase.ids) if phrase.exactly and len(phrase.ids) == phrase.count else among
         foreign = _foreign(words, i, scene)
         if foreign is not None and not _if(words, i) and not _vessel(words, i, moved, scene):
-            yield OpenPoint(_lacks(foreign, words[i : i + 2], request))
-        if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
-            hued: Found | Fault = resolve_objects(words[i : i + 2], scene, Talk())
+            yield OpenPoint(lacks(foreign, words[i : i + 2], request))
+        stands = _is_noun(words, i + 1, scene) or _hue_alone(words, i)
+        if t.text in _HUES | scene.colours and stands and not _if(words, i):
+            parts = words[i : i + 1] if _hue_alone(words, i) else words[i : i + 2]
+            hued: Found | Fault = resolve_objects(parts, scene, Talk())
             word = scene.word(t, True)
             if not word.text or word.corrected:  # "black" is no "block"
-                title = f"nothing in the scene is a `{t.text} {words[i + 1].text}`"
-                hued = Fault("E301", title, Extent(t.start, words[i + 1].end), "", "")
+                title = f"nothing in the scene is `{' '.join(w.text for w in parts)}`"
+                hued = Fault("E301", title, Extent(t.start, parts[-1].end), "", "")
             if isinstance(hued, Fault) and hued.code == "E301" and not _vessel(words, i, moved, scene):
-                yield OpenPoint(_lacks(hued, words[i : i + 2], request))
+                yield OpenPoint(lacks(hued, parts, request))
+
+
+def _left_out(words: Sequence[Token], phrases: Mapping[int, Meant], of: Meant) -> frozenset[str]:
+    """What the sentence takes out of a phrase: "a green block, only not the one in the middle"."""
+    _, stop = sentence_at(words, of.start)
+    out = frozenset[str]()
+    for k in range(of.end, stop):
+        phrase = phrases.get(k)
+        before = {t.text for t in words[max(of.end, k - 2) : k]}
+        if phrase is not None and len(phrase.ids) == 1 and before & _BUT:
+            out |= set(phrase.ids)
+    return out
 
 
 def _told_later(phrase: Meant, phrases: Iterable[Meant], taken: Set[str]) -> bool:
@@ -413,6 +433,12 @@ def _is_noun(words: Sequence[Token], i: int, scene: Scene) -> bool:
     return bool(known) and known not in scene.colours and scene.understood(known, True)
 
 
+def _hue_alone(words: Sequence[Token], i: int) -> bool:
+    """ "The blue one", "that blue one": a colour that stands for a thing."""
+    after = words[i + 1].text if i + 1 < len(words) else ""
+    return i > 0 and words[i - 1].text in _DEFINITE and after in {"one", "ones"}
+
+
 def _if(words: Sequence[Token], i: int) -> bool:
     return any(lexicon().is_(t.text, "conditional") for t in words[:i])
 
@@ -432,47 +458,20 @@ def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
         hit = {c: [a for a in placed if scene.within(a[1], c)] for c in ids}
         taken = [c for c, found in hit.items() if found]
         if len(ids) > 1 and len(taken) == 1:
-            told = _several(words[phrase.start : phrase.end], request, ids, taken, "places")
+            told = several(words[phrase.start : phrase.end], request, ids, taken, "places")
             yield OpenPoint(told, hit[taken[0]][0][1] if len(hit[taken[0]]) == 1 else None)
     read = (*meant_places(words, request, scene, about), *meant_objects(words, request, scene))
     for phrase, place in (*beside(words, read, placed, scene), *sideways(words, placed, scene)):
-        told = _several(words[phrase.start : phrase.end], request, phrase.ids, [place], "places")
+        told = several(words[phrase.start : phrase.end], request, phrase.ids, [place], "places")
         yield OpenPoint(told, place)
 
 
-def _several(
-    parts: Sequence[Token], request: str, ids: Sequence[str], taken: Sequence[str], what: str = "objects"
-) -> Diagnostic:
-    said = request[parts[0].start : parts[-1].end]
-    return Diagnostic(
-        "E141",
-        f"`{said}` fits {len(ids)} {what}, and the reply takes {', '.join(taken)} without asking",
-        span_of(parts, request),
-        "which?",
-        f"say which of {', '.join(ids[:6])}",
-        candidates=tuple(ids),
-    )
-
-
-def _too_few(parts: Sequence[Token], request: str, phrase: Meant) -> Diagnostic:
-    said = request[parts[0].start : parts[-1].end]
-    return Diagnostic(
-        "E142",
-        f"the request names what is not there: `{said}`, and there "
-        + (f"{'is' if len(phrase.ids) == 1 else 'are'} only {len(phrase.ids)} of them" if phrase.ids else "is none"),
-        span_of(parts, request),
-        "too few",
-        f"the map has {', '.join(phrase.ids)}" if phrase.ids else "say it in other words",
-        candidates=phrase.ids,
-    )
-
-
-def _lacks(fault: Fault, parts: Sequence[Token], request: str) -> Diagnostic:
-    return Diagnostic(
-        "E142",
-        f"the request names what is not there: {fault.title}",
-        span_of(parts, request),
-        "not in the map",
-        fault.help,
-        candidates=fault.candidates,
-    )
+def _not_enough(words: Sequence[Token], request: str, scene: Scene) -> Iterator[OpenPoint]:
+    """ "Another coke", where there is one."""
+    for far in not_enough(words, tuple(meant_objects(words, request, scene)), scene):
+        if _if(words, far.start):
+            continue
+        said = request[words[far.start].start : words[far.end - 1].end]
+        title = f"the request names what is not there: `{said}`, and {far.there}"
+        span = span_of(words[far.start : far.end], request)
+        yield OpenPoint(Diagnostic("E142", title, span, "not there", "say another", candidates=far.candidates))

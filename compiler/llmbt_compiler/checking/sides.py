@@ -124,7 +124,7 @@ def sideways(words: Sequence[Token], placed: Sequence[tuple[str, ...]], scene: S
         counted = next((k for k in range(i - 1, max(begin, i - 2), -1) if words[k].text in _STEPS), None)
         aside = t.text == "sideways" or [w.text for w in words[i - 1 : i + 1]] in (["the", "side"], ["one", "side"])
         ends = i + 1 == len(words) or not words[i + 1].word or words[i + 1].text in {"please", "and", "on"}
-        over = t.text in {"over", "along", "across"} and counted is not None and ends
+        over = t.text in {"over", "along", "across"} and ((counted is not None and ends) or _by_one(words, i))
         by = t.text in _STEPS and i - 2 >= begin and words[i - 2].text == "by" and _count(words[i - 1]) and ends
         by_one = t.text == "one" and [w.text for w in words[max(0, i - 2) : i]] in (["over", "by"], ["along", "by"])
         by = by or (by_one and ends)
@@ -137,6 +137,12 @@ def sideways(words: Sequence[Token], placed: Sequence[tuple[str, ...]], scene: S
             sides = tuple(p for p in row if abs(row.index(p) - at) == count and p not in where.values())
             if len(sides) > 1 and place in sides:
                 yield Meant(i, i + 1, tuple(sorted(sides, key=natural))), place
+
+
+def _by_one(words: Sequence[Token], i: int) -> bool:
+    """ "Over by one", and nothing behind it."""
+    after = words[i + 1 : i + 4]
+    return [t.text for t in after[:2]] == ["by", "one"] and (len(after) < 3 or not after[2].word)
 
 
 def _count(t: Token) -> int:

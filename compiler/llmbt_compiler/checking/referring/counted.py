@@ -20,7 +20,8 @@ _VAGUE = frozenset(
     tuple(p.split())
     for p in (
         "a few", "some", "several", "a couple of", "a handful of", "most of", "half of", "half", "a bunch of",
-        "many of", "one or two", "two or three", "a pair of", "part of", "a number of",
+        "many of", "as many", "as many of", "enough", "the agreed number of", "the usual number of", "one or two",
+        "two or three", "a pair of", "part of", "a number of",
     )
 )  # fmt: skip
 
@@ -63,7 +64,8 @@ def several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str |
         return None
     ids, stop = standing_there(words, end, found.ids, scene, where)
     ids, stop = (ids, stop) if len(ids) >= count else (found.ids, end)  # it says where to
-    if tells(words, stop, scene) and words[stop].text != "with":
+    in_line = [t.text for t in words[stop : stop + 3]] in (["in", "a", "row"], ["in", "a", "line"])
+    if tells(words, stop, scene) and words[stop].text != "with" and not in_line:
         return None
     listed = len(phrase) == 1 and end < len(words) and not words[end].word
     if listed and scene.word(phrase[0], True).text in lexicon().anything:
@@ -93,7 +95,15 @@ def some_of(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str |
     if not isinstance(found, Found) or found.corrected:
         return None
     ids, stop = standing_there(words, end, found.ids, scene, where)
+    if said[:2] == ["as", "many"] and not _agreed(words, stop):
+        return None  # "as many as fit"
     return Meant(i, stop, ids, 0, vague=True)
+
+
+def _agreed(words: Sequence[Token], at: int) -> bool:
+    """ "... as we agreed", "as Tom wants": somebody else knows how many."""
+    said = [t.text for t in words[at : at + 4]]
+    return said[:1] == ["as"] and said[1:2] != ["possible"] and not set(said) & {"fit", "fits", "there", "can", "you"}
 
 
 def one_there(

@@ -8,8 +8,8 @@ from dataclasses import replace
 from llmbt_compiler.checking.referring.lists import AT, ONTO, STRESSING
 from llmbt_compiler.checking.referring.model import Meant
 from llmbt_compiler.checking.referring.nouns import plural
-from llmbt_compiler.checking.referring.standing import standing_there, tells
-from llmbt_compiler.checking.sentences import sentence_at
+from llmbt_compiler.checking.referring.standing import puts, standing_there, tells
+from llmbt_compiler.checking.sentences import ENDS, sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
@@ -29,6 +29,7 @@ _EVERY = frozenset(
     )
 )  # fmt: skip
 _WHICHEVER = frozenset({"whichever", "whatever", "which"})
+_SIDES = {"back": "back", "front": "front", "left": "left", "right": "right", "rear": "back"}
 _IN_NOUN = AT | {"that", "there"}
 
 
@@ -107,13 +108,25 @@ def _all_there_is(words: Sequence[Token], at: int) -> int:
 
 
 def _side(words: Sequence[Token], start: int, end: int, scene: Scene, where: dict[str, str | None]) -> Ranked | None:
-    """ "The block at the very back of the sorting area": of those that stand there."""
+    """ "The block at the very back of the sorting area": of those that stand there; "the yellow at the back"."""
     of = side_of(words, start, end)
     if of is None:
-        return None
+        return _at_a_side(words, start, end)
     ids, stop = standing_there(words, of.stop - 1, [e.id for e in scene.objects], scene, where)
     core = tuple(t for t in of.core if t.text != "one")
     return replace(of, core=core, stop=of.stop - 1) if ids and stop >= of.stop else None
+
+
+def _at_a_side(words: Sequence[Token], start: int, end: int) -> Ranked | None:
+    """ "I mean the yellow at the back", where nothing is put."""
+    said = [t.text for t in words[end : end + 4]]
+    if said[:2] not in (["at", "the"], ["in", "the"], ["on", "the"]) or puts(words, start):
+        return None
+    k = 3 if said[2:3] in (["very"], ["far"]) else 2
+    side = _SIDES.get(said[k] if k < len(said) else "")
+    after = words[end + k + 1].text if end + k + 1 < len(words) else "."
+    core = tuple(t for t in words[start:end] if t.text != "one")
+    return Ranked(core, side, 1, end) if side is not None and after in ENDS | {","} else None
 
 
 def most(

@@ -34,7 +34,7 @@ def related(
     by = _by_neighbour(words, start, end, line, scene, where)
     if by is not None:
         return by
-    of = next((r for r in relations(words) if r.start == begin), None)
+    of = next((r for r in relations(words) if end <= r.start <= begin), None)
     stop = name_end(words, of) if of is not None else begin
     if of is None or not (begin > end or goes_on(words, start, stop) or _destined(words, start, scene)):
         return None
