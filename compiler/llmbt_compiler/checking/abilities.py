@@ -8,7 +8,7 @@ from functools import cache
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, span_of
-from llmbt_compiler.checking.wording import base_of, listed
+from llmbt_compiler.checking.wording import base_of, listed, phrase_at
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic
 
@@ -79,7 +79,7 @@ def _orders(words: Sequence[Token], i: int, known: frozenset[str]) -> bool:
     tidied = text == "clean" and after == "up"
     has_object = text in _verbs() - known and after in _OBJECT and not tidied
     settles = text in _SETTLING and after in _POINTING
-    if settles or _takes_back(words, i):
+    if settles or _takes_back(words, i) or phrase_at(words, i, "abilities", "idioms"):
         return False
     return (has_object or turned or switched) and _is_ordered(words, i)
 

@@ -16,6 +16,7 @@ __all__ = ["lacks", "several", "too_few"]
 def several(
     parts: Sequence[Token], request: str, ids: Sequence[str], taken: Sequence[str], what: str = "objects"
 ) -> Diagnostic:
+    """E141: the phrase fits all of `ids`, and the reply takes some of them."""
     said = request[parts[0].start : parts[-1].end]
     return Diagnostic(
         "E141",
@@ -28,6 +29,7 @@ def several(
 
 
 def too_few(parts: Sequence[Token], request: str, phrase: Meant) -> Diagnostic:
+    """E142: the phrase counts more things than there are."""
     said = request[parts[0].start : parts[-1].end]
     return Diagnostic(
         "E142",
@@ -41,6 +43,7 @@ def too_few(parts: Sequence[Token], request: str, phrase: Meant) -> Diagnostic:
 
 
 def lacks(fault: Fault, parts: Sequence[Token], request: str) -> Diagnostic:
+    """E142: what the words name is not in the map."""
     return Diagnostic(
         "E142",
         f"the request names what is not there: {fault.title}",

@@ -73,10 +73,11 @@ def _goes_on(fault: Diagnostic, sentence: str) -> bool:
         return True
     parts = tokens(sentence)
     after = next((t.text for t in parts if t.start >= fault.span.end_column - 1), "")
+    before = next((t.text for t in reversed(parts) if t.end <= fault.span.column - 1), "")
     inside = {t.text for t in parts if fault.span.column - 1 <= t.start < fault.span.end_column - 1}
     last = max((t for t in parts if t.start < fault.span.end_column - 1), key=lambda t: t.start, default=None)
     pair = last is not None and last.text in lexicon().sizes
-    return after in _MORE or bool(inside & (MASS | {"other"})) or pair
+    return after in _MORE or before == "its" or bool(inside & (MASS | {"other", "its"})) or pair
 
 
 def _apart(fault: Diagnostic, sentence: str, taken: Sequence[str], scene: Scene) -> bool:
