@@ -300,7 +300,8 @@ def _points(
             parts = words[i : i + 1] if _hue_alone(words, i) else words[i : i + 2]
             hued: Found | Fault = resolve_objects(parts, scene, Talk())
             word = scene.word(t, True)
-            if not word.text or word.corrected:  # "black" is no "block"
+            unknown = not word.text or word.corrected
+            if unknown and not (isinstance(hued, Fault) and hued.code == "E301"):  # "black" is no "block"
                 title = f"nothing in the scene is `{' '.join(w.text for w in parts)}`"
                 hued = Fault("E301", title, Extent(t.start, parts[-1].end), "", "")
             if isinstance(hued, Fault) and hued.code == "E301" and not _vessel(words, i, moved, scene):
