@@ -29,7 +29,6 @@ _IDLE = re.compile(
     r"|\bwhat\s+(?:he|she|I|they|the\s+user)\s+(?:ordered|wants?|wanted|would\s+like|asked\s+for|needs?|is\s+after)\s+"
     r"(?:is|was|are|were)\s+(?=[^:.;]*:)"
     r"|\bfor\s+the\s+(?:next|new|coming|upcoming|incoming|following)\s+(?:delivery|arrival|shipment|batch|load|round|job|order|task)\b"
-    r"|,\s*I\s+meant?\s+(?=the\b)[^,;.]*(?=\s*[.!]|\s*$)"
     r"|(?<=\w)\s+if\s+(?:needed|necessary|required|need\s+be|applicable|desired)(?=\s*[.;!]|\s*$)",
     re.IGNORECASE,
 )

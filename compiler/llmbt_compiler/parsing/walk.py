@@ -15,7 +15,7 @@ from llmbt_atl.library import Library
 from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses
-from llmbt_compiler.parsing.doubts import doubts
+from llmbt_compiler.parsing.doubts import corrects, doubts
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.frames import among
 from llmbt_compiler.parsing.gist import gist
@@ -25,7 +25,7 @@ from llmbt_compiler.parsing.lacking import lacking
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.mentions import mentioned_in
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
-from llmbt_compiler.parsing.names import Found, Talk
+from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.orders import Ordering
 from llmbt_compiler.parsing.places import resolve_places
@@ -33,10 +33,11 @@ from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.scoped import left_out_first
 from llmbt_compiler.parsing.sequence import in_time
-from llmbt_compiler.parsing.space import arrangement, certainty, related
+from llmbt_compiler.parsing.space import arrangement, certainty, compared, related, stepped
 from llmbt_compiler.parsing.statements import asks_a_fact, states_a_fact
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
+from llmbt_compiler.parsing.whichever import whichever
 from llmbt_compiler.parsing.words import lexicon, tokens
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Severity, nearest
@@ -110,7 +111,21 @@ class _Walker(Ordering):
         return frozenset(out)
 
     def after(self, step: LabelledStep) -> _Walker:
+        """The walker after a step, which may take back what was said before it."""
+        before, handled = self.errors(), self.ledger.handled
+        walker = self.as_said(step)
+        if (before or handled) and walker.errors() <= before and corrects(step.text):
+            walker.corrected(step, handled)
+        return walker
+
+    def as_said(self, step: LabelledStep) -> _Walker:
         """The walker after a step; one that is not understood, or asks for nothing, is read by its gist, if any."""
+        named = self.by_name(step) if len(step.text) <= _LONGEST else step
+        if isinstance(named, Fault):
+            self.now, self.lost, self.targets = step, True, ((), -9)
+            self.fault(named)
+            return self
+        step = named
         before, acts, stood = self.errors(), self.ledger.acts, self.ledger.standing()
         kept = self.fork()
         walker = self.explained(step)
@@ -127,6 +142,25 @@ class _Walker(Ordering):
             return walker
         other.note(NoteKind.CORRECTED, f"read as `{plain.text}`", Extent(0, len(step.text)))
         return other
+
+    def corrected(self, step: LabelledStep, earlier: frozenset[str]) -> None:
+        """Complain of a step that takes back what one before it ordered, and is no order to put the same thing
+        elsewhere. `earlier`: the things that something had been done with."""
+        again = {e.target for e in self.ledger.moves if e.step.number == step.number}
+        again |= {i for i, e in self.ledger.pending.items() if e.step.number == step.number}
+        if again and again <= earlier:
+            return
+        self.now = step
+        title = f"`{step.text[:60]}` puts otherwise what was said before it"
+        self.complain("E314", title, Extent(0, len(step.text)), "", "say only what is to be done")
+
+    def by_name(self, step: LabelledStep) -> LabelledStep | Fault:
+        """The step with the names of things and places in place of comparisons and of counts; the fault of one that
+        names nothing, or too much."""
+        found: LabelledStep | Fault = whichever(step, self.scene)
+        for settle in (compared, stepped):
+            found = settle(found, self.scene, self.talk()) if not isinstance(found, Fault) else found
+        return found
 
     def explained(self, step: LabelledStep) -> _Walker:
         """The walker after a step. Where it is not understood, what it adds to a name that is clear without it is

@@ -73,6 +73,8 @@ class Placing(Ranking):
         marks, stop = self.landmarks(relation)
         if marks is None:
             return
+        if len(marks) == 1 and self.at_an_end(relation, marks[0], stop):
+            return
         begin = head.extent.start if head is not None else self.line[relation.start].start
         words = tuple(t for t in self.line if begin <= t.start and t.end <= self.line[stop - 1].end)
         extent = Extent(begin, self.line[stop - 1].end)
@@ -85,6 +87,31 @@ class Placing(Ranking):
                 self.destination(relation, None, marks, after, Extent(start, extent.end), stop)
             return
         self.destination(relation, head, marks, words, extent, stop)
+
+    def at_an_end(self, relation: Relation, mark: str, stop: int) -> bool:
+        """ "At the far left of level 2", "on the left side of level 2": its last position there. Whether that was said;
+        what is "to the left of" a row of positions is none of them."""
+        scene = self.walk.scene
+        if relation.name not in {"left", "right"} or scene[mark].movable or scene.single(mark):
+            return False
+        row = self.world.in_order(mark, relation.name)
+        if not row:
+            return False
+        start = relation.start
+        while start and self.line[start - 1].text in {"far", "very", "extreme", "the"}:
+            start -= 1
+        start -= start > 0 and start < relation.start and self.line[start - 1].text in ONTO
+        lead = self.line[start : relation.end]
+        extent = Extent(lead[0].start, self.line[stop - 1].end)
+        outer = any(t.text in {"far", "very", "extreme", "hand", "side"} for t in lead)
+        if not outer and lead[0].text not in {"on", "at", "in"}:
+            words = extent.cut(self.walk.now.text)
+            hint = f"did you mean {row[0]}?"
+            raise self.walk.fault(
+                Fault("E304", f"`{words}`: beside it, or at its end?", extent, "where?", hint, row[:2])
+            )
+        self.put((named(Kind.DESTINATION, row[0], extent, "on"),), extent)
+        return True
 
     def in_a_reason(self, relation: Relation) -> bool:
         """ "... as it stands in front of the milk": said about the step, not asked for; its phrases are left out."""
