@@ -23,6 +23,7 @@ _RESTRICTION = re.compile(
 )
 _PASSING = frozenset({"past", "via", "across", "along", "beyond"})
 _GREETING = frozenset({"thank", "greet", "welcome"})
+_RANKS = frozenset({"middle", "leftmost", "rightmost", "central"})
 _ASIDE = ("subordinate", "negation", "stative")
 
 
@@ -113,8 +114,12 @@ def _described(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, To
         if t.text in {"ones", "former", "latter"} or t.text in scene.colours:
             yield t, t
     for a, b in pairwise(parts):
+        if a.text in {"far", "very"} and b.text in {"left", "right"}:
+            yield a, b
         place = b.text in scene.generic(False) or b.text in scene.vocabulary(False)
-        if (a.word and a.text in scene.generic(False) and b.digits) or (place and a.text in lex.ordinals):
+        if (a.word and a.text in scene.generic(False) and b.digits) or (
+            place and a.text in lex.ordinals.keys() | _RANKS
+        ):
             yield a, b
 
 
@@ -139,4 +144,6 @@ def in_passing(
     by = next((t.text for t in reversed(before) if not lex.is_(t.text, "articles")), "")
     if by in _PASSING or (not ends and by in _GREETING):
         return True
-    return (narrowing and inner and not marks) or told or any(lex.is_(t.text, *_ASIDE) for t in before)
+    later = [i for i, (a, b) in enumerate(pairwise(before)) if a.text == "after" and b.text in {"that", "this"}]
+    aside = any(lex.is_(t.text, *_ASIDE) for t in (before[later[-1] + 2 :] if later else before))  # "after that, ..."
+    return (narrowing and inner and not marks) or told or aside

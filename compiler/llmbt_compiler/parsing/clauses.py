@@ -340,11 +340,26 @@ def _grouped(text: _Text, spans: Sequence[KeywordSpan]) -> list[list[KeywordSpan
             first = next(i for i, x in enumerate(here) if x.label is Kind.ACTION)
             fronted = any(x.label is Kind.TARGET for x in here[:first])
             ended = any(t.text in {":", ".", ";"} for t in text.inside(here[-1].end, s.start))
-            if fronted and len(here) > first + 1 and here[-1].label is Kind.TARGET and not ended:
+            own = len(here) > first + 2 and _said_of(text, here[-1], s)
+            if (fronted or own) and len(here) > first + 1 and here[-1].label is Kind.TARGET and not ended:
                 moved = [here.pop()]
             out.append(moved)
         out[-1].append(s)
     return [g for g in out if g]
+
+
+_MODAL = frozenset({"can", "could", "should", "shall", "must", "will", "may", "has", "have", "needs", "need", "ought"})
+
+
+def _said_of(text: _Text, thing: KeywordSpan, action: KeywordSpan) -> bool:
+    """Whether an action is said of the thing right before it: "the tea, and the biscuits | can go", "... | goes"."""
+    between = text.words_between(thing.end, action.start)
+    said = text.step.text[action.start : action.end].casefold()
+    if not between:
+        return said in {"go", "goes", "belong", "belongs", "comes"}
+    return between[0] in _MODAL and all(
+        w in _MODAL or w in {"to", "be", "then", "also", "now", "just"} for w in between
+    )
 
 
 def _by_colon(text: _Text, group: list[KeywordSpan]) -> list[list[KeywordSpan]]:

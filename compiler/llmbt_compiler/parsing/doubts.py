@@ -26,6 +26,7 @@ _RETRACTED = re.compile(
     r"|\b(?:it|they|that|which)\s+(?:must\s*n['’]?t|must\s+(?:not|never)|never|can(?:not|['’]t)|may\s+not|is\s+not\s+to|should\s*(?:n['’]t|\s+not|\s+never))"
     r"\s+(?:ever\s+)?(?:leaves?|be\s+(?:moved|taken)|move)\b(?!\s+(?:again|after|later|once|until|before))[^,;.]*"
     r"|\b(?:it|they)\s+(?:has|have|needs?|is|are)\s+to\s+(?:stay|remain)\s+(?:on|in|at|where)\b[^,;.]*"
+    r"|\b(?:on|to)\s+the\s+(?:correct|proper|usual|wrong)\s+side\b[^,;.]*"
     r"|\bonly\s+(?:after|if|when|once|with)\s+(?:asking\s+)?(?:me|my|I|he|she|they|we|asking|permission)\b[^,;.]*",
     re.IGNORECASE,
 )

@@ -30,6 +30,7 @@ _LONG = 2000
 _POINTING = ("pronouns", "plural_pronouns")
 _WHOLE = frozenset({"everything", "whatever", "all", "what"})
 _BEGINNING = frozenset({"starting", "beginning"})
+_TELLING = frozenset({"with", "that", "which", "who", "whose", "i", "we", "you", "they"})
 _VAGUE = frozenset({"position", "spot", "place", "location", "it", "stands", "is"})
 
 
@@ -368,6 +369,7 @@ class Grounding:
         for length in range(min(len(clause.exception), 12), 0, -1):
             found = resolve_objects(clause.exception[:length], self.scene, self.talk())
             if isinstance(found, Found):
+                self.told_apart(clause.exception, length, found)
                 self.use(*clause.exception[:length])
                 return list(found.ids)
             places = resolve_places(clause.exception[:length], self.scene, self.talk())
@@ -377,6 +379,17 @@ class Grounding:
                 return []  # "anywhere on level 2 except position 21"
         found = resolve_objects(clause.exception[:1], self.scene, self.talk())
         raise self.fault(found) if isinstance(found, Fault) else Stop
+
+    def told_apart(self, words: Sequence[Token], length: int, found: Found) -> None:
+        """E304 where what is left out is told by more than the words understood ("the one with a scratch")."""
+        plain = {"one", "ones", *self.scene.generic(True)}
+        bare = all(t.text in plain or lexicon().is_(t.text, "articles") for t in words[:length])
+        more = [t.text for t in words[length : length + 1] if t.text in _TELLING]
+        if found.chosen or (bare and more):
+            extent = Extent(words[0].start, words[-1].end)
+            said = extent.cut(self.now.text)
+            self.complain("E304", f"what `{said}` leaves out is not clear", extent, "which?", "name the objects")
+            raise Stop
 
     def told_once(self, targets: tuple[Phrase, ...]) -> tuple[Phrase, ...]:
         """Without those that a name right after them makes clear: "the second one, object 5"."""

@@ -39,6 +39,9 @@ _ARROWS = frozenset({"->", "=>", "→", "⇒", "to"})
 _SIDE = frozenset({"the", "far", "very", "left", "right", "front", "back", "side", "end", "hand", "most"})
 
 
+_FINITE = frozenset({"goes", "go", "comes", "belongs", "belong", "should", "must", "can"})
+
+
 @dataclass
 class Placing(Grounding):
     """`named` are places that some step names; `last` and `container` are what "the same" repeats; `wanting` are the
@@ -101,6 +104,7 @@ class Placing(Grounding):
             targets, destinations = (), list(targets)
             group = replace(group, targets=())
         missed = self.missed(clause, group)
+        self.use(*(missed.parts if missed is not None else ()))
         if missed is not None and not destinations:
             destinations = [missed]
         elif missed is not None and self.onwards(missed) and self.all_there(targets, destinations[-1]):
@@ -187,10 +191,13 @@ class Placing(Grounding):
             if len(exactly_named(name, self.scene.places)) == 1:
                 found.append(Phrase(Kind.DESTINATION, name, Extent(first.start, last.end), lead[-1].text))
         found = found or list(self.described_behind(parts))
-        if len(found) != 1:
-            return None
-        self.use(*found[0].parts)
-        return found[0]
+        labelled = any(p.kind is Kind.DESTINATION for p in phrases)
+        return found[0] if len(found) == 1 and not (labelled and self.said_of_it(found[0])) else None
+
+    def said_of_it(self, phrase: Phrase) -> bool:
+        """Whether what goes to a place is told anew right before it ("..., and after that it goes to position 34")."""
+        lead = [t.text for t in tokens(self.now.text, 0, phrase.extent.start)][-4:]
+        return any(a in {"it", "they"} and b in _FINITE for a, b in pairwise(lead))
 
     def onwards(self, phrase: Phrase) -> bool:
         """Whether a preposition tells where something goes, and not for whom."""
@@ -399,6 +406,10 @@ class Placing(Grounding):
             start = self.origin.get(target)
             if start is None:
                 self.complain("E305", f"the map does not say where {target} was", extent, "where?")
+                raise Stop
+            if target not in self.ledger.handled and self.ledger.where.get(target) == start:
+                title = f"{target} is on {start}, and was never taken from there"
+                self.complain("E305", title, extent, "where?", "name the place")
                 raise Stop
             self.note(NoteKind.INFERRED, f"{target} goes back to {start}", extent)
             place = start

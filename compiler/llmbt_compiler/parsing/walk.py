@@ -7,12 +7,13 @@ far in a `Ledger`, and gives every complaint at once.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.keywords.labels import Kind
+from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses
 from llmbt_compiler.parsing.doubts import corrects, doubts
@@ -34,10 +35,10 @@ from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.scoped import left_out_first
 from llmbt_compiler.parsing.sequence import in_time
 from llmbt_compiler.parsing.space import arrangement, certainty, compared, related, stepped
-from llmbt_compiler.parsing.statements import asks_a_fact, states_a_fact
+from llmbt_compiler.parsing.statements import asks_a_fact, courteous, states_a_fact
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
-from llmbt_compiler.parsing.whichever import whichever
+from llmbt_compiler.parsing.whichever import narrowed, whichever
 from llmbt_compiler.parsing.words import lexicon, tokens
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Severity, nearest
@@ -57,6 +58,12 @@ _GOING = frozenset({
 _FORMAL = frozenset({"E301", "E302", "E303", "E305", "E306", "E314"})
 """Complaints that another way to put a step may settle."""
 _LONGEST = 10_000
+_POINTED = re.compile(
+    r"^\W*(?:(?:do\s+you|can\s+you|you)\s+)?(?:see|know|spot|notice|remember|look\s+at|take\s+a\s+look\s+at|there(?:['\u2019]s|\s+is))\s+"
+    r"(?P<thing>(?:the|that|this|a|an|my|our)\s[^,;:.!?]{2,100}?)(?:\s+(?:over\s+there|right|yes|eh|huh))?[\s,?.!]*$",
+    re.IGNORECASE,
+)
+"""A remark that does nothing but point a thing out."""
 
 
 def parse(
@@ -157,7 +164,7 @@ class _Walker(Ordering):
     def by_name(self, step: LabelledStep) -> LabelledStep | Fault:
         """The step with the names of things and places in place of comparisons and of counts; the fault of one that
         names nothing, or too much."""
-        found: LabelledStep | Fault = whichever(step, self.scene)
+        found: LabelledStep | Fault = narrowed(whichever(step, self.scene), self.scene)
         for settle in (compared, stepped):
             found = settle(found, self.scene, self.talk()) if not isinstance(found, Fault) else found
         return found
@@ -224,11 +231,13 @@ class _Walker(Ordering):
         """A step that is too long, too uncertain, or a question for information is not read; why is noted."""
         if len(step.text) > _LONGEST:
             self.complain("E313", f"step {step.number} is longer than {_LONGEST} characters", Extent(-1, -1))
+        elif courteous(step.text):
+            self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
         elif certainty(step) < self.threshold and step.spans:
             self.unsure(step)
-        elif asks_a_fact(step.text) or states_a_fact(step.text):
+        elif asks_a_fact(step.text) or states_a_fact(step.text) or ("?" in step.text and _POINTED.match(step.text)):
             self.note(NoteKind.LEFT_OUT, "the step asks or says how things are; nothing is to be done", whole)
-            self.mentioned = mentioned(step, self.scene, self.scene.objects)
+            self.mentioned = self.pointed_out(step)
             self.remarked(forbidden=False)
         else:
             return False
@@ -270,6 +279,7 @@ class _Walker(Ordering):
             return
         if not found:
             self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
+            self.mentioned = self.pointed_out(step)
             self.remarked(forbidden=forbidden)
             return
         before = (self.ledger.acts, self.targets, self.place)
@@ -289,6 +299,28 @@ class _Walker(Ordering):
         self.overlooked(step, earlier, asks=asks)
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def pointed_out(self, step: LabelledStep) -> tuple[str, ...]:
+        """The thing that a remark points out ("see the yellow block next to the red one?"): its head, as if it were to
+        be taken, and not what it is told by; of other remarks, what they name."""
+        m = _POINTED.match(step.text)
+        named = mentioned(step, self.scene, self.scene.objects)
+        if m is None:
+            return named
+        text = f"Take {m['thing']}."
+        head = next((t for t in tokens(text, 5) if not lexicon().is_(t.text, "articles")), None)
+        if head is None:
+            return named
+        end = 5 + len(m["thing"])
+        spans = (
+            KeywordSpan(0, 4, Kind.ACTION, "Take"),
+            KeywordSpan(head.start, end, Kind.TARGET, text[head.start : end]),
+        )
+        trial = self.fork()
+        before, had = trial.errors(), set(trial.ledger.pending)
+        trial.step(LabelledStep(step.number, text, spans, 1.0))
+        taken = tuple(i for i in trial.ledger.pending if i not in had)
+        return taken if trial.errors() <= before else ()
 
     def remarked(self, *, forbidden: bool) -> None:
         """ "The milk is on the shelf. | Grab it": what a remark was about is what "it" means."""

@@ -14,7 +14,7 @@ from llmbt_compiler.parsing.plainly import instead
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import tokens
 
-__all__ = ["whichever"]
+__all__ = ["narrowed", "whichever"]
 
 _END = (
     r"(?P<far>furthest|farthest|most|nearest|closest)(?:\s+(?:over|out|across|away))?\s+(?:to\s+|on\s+|at\s+|towards?\s+)?(?:the\s+)?(?:far\s+)?"
@@ -74,3 +74,30 @@ def _standing(step: LabelledStep, at: int, scene: Scene) -> LabelledStep:
         kept.append(KeywordSpan(a, b, Kind.LOCATION, step.text[a:b]))
         return replace(step, spans=tuple(sorted(kept, key=lambda s: s.start)))
     return step
+
+
+_WITHIN = re.compile(
+    r"\b(?P<on>on|onto|to|in|into)\s+(?P<outer>(?:the\s+)?[a-z0-9 _]{3,30}?)\s*,"
+    r"\s*(?:and\s+there\s+|there\s+)?(?:right\s+)?"
+    r"(?:in|on|at|into|onto)\s+the\s+"
+    r"(?P<free>free\s+|empty\s+|vacant\s+)?(?P<rank>[a-z]+|\d(?:st|nd|rd|th))\s+(?P<free2>free\s+|empty\s+|vacant\s+)?(?P<noun>slot|position|spot|place)"
+    r"(?P<free3>\s+(?:(?:that|which)\s+)?(?:(?:nobody|no[\s-]?one|nothing)\s+"
+    r"(?:has|uses|is\s+(?:on|in|using)|stands\s+(?:on|in))(?:\s+yet)?"
+    r"|(?:['\u2019]s|is)\s+(?:still\s+)?(?:free|empty|vacant|available|not\s+taken)))?(?=\s*(?:[,.;!?]|$))",
+    re.IGNORECASE,
+)
+
+
+def narrowed(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "On level 2, in the middle spot that nobody has yet": the free middle spot on level 2."""
+    m = _WITHIN.search(step.text)
+    found = resolve_places(tokens(step.text, *m.span("outer")), scene, Talk()) if m is not None else None
+    if m is None or not isinstance(found, Found) or len(found.ids) != 1 or found.corrected or found.vague:
+        return step
+    outer = m["outer"].strip()
+    free = "free " if m["free"] or m["free2"] or m["free3"] else ""
+    phrase = f"{free}{m['rank']} {m['noun']} of {outer}"
+    lead, extent = len(m["on"]) + 1, Extent(*m.span())
+    if found.ids[0] in {"*", "<"} or len(phrase) + lead > extent.end - extent.start:
+        return step
+    return instead(step, Extent(extent.start + lead, extent.end), phrase, Kind.DESTINATION)

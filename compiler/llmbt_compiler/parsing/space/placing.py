@@ -25,6 +25,7 @@ _GLUE = frozenset({
     "that", "which", "is", "are", "located", "standing", "sitting", "lying", "placed", "situated", "currently",
     "stands", "sits", "lies", "being", ",",
 })  # fmt: skip
+_STANDS = (_GLUE - {","}) | {"already", "now", "still", "what", "thats", "up", "over"}
 _REASONS = frozenset({"as", "because", "since", "where", "so"})
 
 
@@ -195,6 +196,8 @@ class Placing(Ranking):
 
     def standing_there(self, fault: Fault, stop: int) -> tuple[tuple[str, ...], int] | None:
         """ "The green block on the shelf", of several green ones: that which stands on the place named behind it."""
+        while stop < len(self.line) and self.line[stop].text in _STANDS:
+            stop += 1
         if fault.code != "E304" or stop + 1 >= len(self.line) or self.line[stop].text not in {"on", "in", "at", "from"}:
             return None
         place = self.place_at(self.line[stop + 1 :])
@@ -273,11 +276,20 @@ class Placing(Ranking):
         pool = self.world.every(head.parts, True)
         if isinstance(pool, Fault):
             raise self.walk.fault(pool)
-        found = self.world.related(relation, pool[0], marks, words, pool[1])
+        any_of = self.any_of(relation, words)
+        found = self.world.related(relation, pool[0], any_of or marks, words, pool[1], either=bool(any_of))
         if isinstance(found, Fault):
             raise self.walk.fault(found)
         self.put(tuple(named(Kind.TARGET, i, extent) for i in found.ids), extent)
         self.unlabelled(extent)
+
+    def any_of(self, relation: Relation, words: Sequence[Token]) -> tuple[str, ...]:
+        """All that an indefinite landmark may be ("next to a yellow one"); nothing where it is one thing."""
+        after = [t for t in self.line[relation.end :] if t.end <= words[-1].end]
+        if relation.name in {"between", "nearest", "farthest"} or not after or after[0].text not in {"a", "an", "any"}:
+            return ()
+        pool = self.world.every(after, True)
+        return pool[0] if not isinstance(pool, Fault) and len(pool[0]) > 1 else ()
 
     def destination(
         self,

@@ -32,10 +32,21 @@ _ASIDE = re.compile(
     r"(?:than|of|from)\s+(?P<mark>[^,;:.!?]{2,40})",
     re.IGNORECASE,
 )
+_OWN = re.compile(
+    rf"\b(?:by\s+|over\s+)?{_COUNT}\s+(?:slot|position|place|spot)s?\s+(?:further\s+)?(?:(?:over|along)\s+)?(?:to\s+)?(?:the\s+|its\s+)?"
+    r"(?P<dir>left|right)\b(?!\s+(?:of|than|from|next|beside|hand|on|in)\b)",
+    re.IGNORECASE,
+)
 _ALONG = re.compile(
     r"\b(?:count|go|move|look)\s+(?:along|across|down)\s+(?P<where>[^,;:.!?]{2,40}?)\s*,?\s+(?:from\s+(?:the\s+)?(?P<end>left|right)\s+)?"
     r"to\s+(?P<slot>the\s+[a-z]+\s+(?:slot|position|place|spot))\s*,?\s+and\s+(?P<order>[^;:.!?]{4,80}?\s+(?:in|on|into|onto)\s+)"
     r"(?P<there>that(?:\s+one)?|it|this(?:\s+one)?)(?=\s*(?:[.,;!?]|$))",
+    re.IGNORECASE,
+)
+_FAR = re.compile(
+    r"(?:\b(?P<on>on|onto|to|into|in|at)|(?:->|=>|\u2192|:))\s+(?P<outer>(?:the\s+)?[a-z0-9 _]{3,30}?)\s*,\s*(?:all\s+the\s+way\s+(?:to|on|at)?\s*|right\s+)?"
+    r"(?:(?:on|at|to|over\s+(?:on|to|at))\s+(?:the|its)\s+)?(?:(?P<far>far|very|extreme)\s+)?(?P<side>left|right)(?P<end>(?:[\s-]hand)?\s+(?:end|side|corner))?"
+    r"(?=\s*(?:[,.;!?]|$|please\b))",
     re.IGNORECASE,
 )
 _COUNTS = {"a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "1": 1, "2": 2, "3": 3}
@@ -43,7 +54,7 @@ _COUNTS = {"a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "1": 1, "2": 2, "3":
 
 def stepped(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault:
     """The step with the id of the place in place of such words; a fault where there is none so far on."""
-    for settle in (_aside, _along, _level):
+    for settle in (_aside, _further, _along, _level, _far):
         done = settle(step, scene, talk)
         if done is not step:
             return done
@@ -142,6 +153,22 @@ def _moved(step: LabelledStep, text: str, begin: int, there: Extent, size: int, 
     return replace(step, text=text, spans=tuple(sorted(spans, key=lambda s: s.start)), readings=())
 
 
+def _far(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault:
+    """ "On the top level, far right": its last position there."""
+    m = _FAR.search(step.text)
+    found = resolve_places(tokens(step.text, *m.span("outer")), scene, talk) if m is not None else None
+    if m is None or not (m["far"] or m["end"] or "all the way" in m[0].casefold()):
+        return step
+    if not isinstance(found, Found) or len(found.ids) != 1 or not _only(found) or scene.single(_only(found)):
+        return step
+    inside = [e.id for e in scene.places if scene.single(e.id) and scene.within(e.id, _only(found))]
+    row = _row(inside[0], scene) if inside else ()
+    extent = Extent(m.start("outer"), m.end())
+    if not row or len(row) != len(inside):
+        return Fault("E304", f"`{extent.cut(step.text)}` fits several places", extent, "where?", "name the place")
+    return _place(step, extent, row, 0 if m["side"].casefold() == "left" else len(row) - 1)
+
+
 def _level(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault:
     """ "Lift the yellow block up by one level": so far above the level on which the thing stands."""
     m = _UP.search(step.text)
@@ -154,21 +181,14 @@ def _level(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault
     if len(levels) < 2 or any(e.number is None for e in levels):
         return step
     extent = Extent(*m.span())
-    lead = [s for s in step.spans if s.end <= extent.start]
-    if lead and lead[-1].label is Kind.DESTINATION:
-        return step  # "on position 24, one level lower"
-    before = [s for s in lead if s.label is Kind.TARGET]
-    said = tokens(step.text, before[-1].start, before[-1].end) if before else ()
-    found = resolve_objects(said, scene, talk) if said else None
-    unclear = Fault("E305", f"`{extent.cut(step.text)}` from where?", extent, "where?", "name the place")
-    if isinstance(found, Fault) and found.code == "E304":
-        found = _on_its_place(step, before[-1].end, found, scene, talk.where)
-    if found is None or (isinstance(found, Fault) and found.code not in {"E304", "E305"}):
+    thing = _moved_thing(step, extent, scene, talk)
+    if thing is None:
         return step
-    if not isinstance(found, Found) or len(found.ids) != 1 or found.chosen:
+    unclear = Fault("E305", f"`{extent.cut(step.text)}` from where?", extent, "where?", "name the place")
+    if isinstance(thing, Fault):
         return unclear
     ids = [e.id for e in levels]
-    here = next((k for k, i in enumerate(ids) if scene.within(talk.where.get(found.ids[0]), i)), None)
+    here = next((k for k, i in enumerate(ids) if scene.within(talk.where.get(thing), i)), None)
     if here is None:
         return unclear
     count = _COUNTS[(m["count"] or m["count2"]).casefold()]
@@ -176,11 +196,54 @@ def _level(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault
     at = here + (count if up else -count)
     if not 0 <= at < len(ids):
         return _place(step, extent, ids, at)
-    plain = f"to {_short(ids[at], scene)}"
-    if len(plain) > extent.end - extent.start:
+    return _going(step, extent, _short(ids[at], scene)) or unclear
+
+
+def _going(step: LabelledStep, extent: Extent, place: str) -> LabelledStep | None:
+    """The step with "to" a place in place of some words; None where there is no room."""
+    if len(place) + 3 > extent.end - extent.start:
+        return None
+    step = instead(step, extent, f"to {place}", None)
+    return instead(step, Extent(extent.start + 3, extent.end), place, Kind.DESTINATION)
+
+
+def _moved_thing(step: LabelledStep, extent: Extent, scene: Scene, talk: Talk) -> str | Fault | None:
+    """The thing of the step that goes by so much; None where it names none of the map, or its place as well."""
+    lead = [s for s in step.spans if s.end <= extent.start]
+    if lead and lead[-1].label is Kind.DESTINATION:
+        return None  # "on position 24, one level lower"
+    found: Found | Fault | None = None
+    for span in [s for s in reversed(lead) if s.label is Kind.TARGET][:2]:
+        found = resolve_objects(tokens(step.text, span.start, span.end), scene, talk)
+        if isinstance(found, Found) and len(found.ids) > 1:
+            found = Fault("E304", "several things", extent, candidates=found.ids)
+        if isinstance(found, Fault) and found.code == "E304":
+            found = _on_its_place(step, span.end, found, scene, talk.where)
+        if not isinstance(found, Fault) or found.code != "E305":
+            break  # else "the yellow one on the shelf is too far left: shift it"
+    if found is None or (isinstance(found, Fault) and found.code not in {"E304", "E305"}):
+        return None
+    if isinstance(found, Fault):
+        return found
+    unclear = Fault("E304", f"`{extent.cut(step.text)}`: several things?", extent, "which?", "", found.ids)
+    return found.ids[0] if len(found.ids) == 1 and not found.chosen else unclear
+
+
+def _further(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault:
+    """ "Shift it one place to the right": from where it stands."""
+    m = _OWN.search(step.text)
+    extent = Extent(*m.span()) if m is not None else Extent(0, 0)
+    thing = _moved_thing(step, extent, scene, talk) if m is not None else None
+    if m is None or thing is None:
+        return step
+    unclear = Fault("E305", f"`{extent.cut(step.text)}` from where?", extent, "where?", "name the place")
+    here = talk.where.get(thing) if isinstance(thing, str) else None
+    row = _row(here, scene) if here is not None and scene.single(here) else ()
+    if here is None or here not in row:
         return unclear
-    step = instead(step, extent, plain, None)
-    return instead(step, Extent(extent.start + 3, extent.end), plain[3:], Kind.DESTINATION)
+    count = _COUNTS[m["count"].casefold()]
+    at = row.index(here) + (count if m["dir"].casefold() == "right" else -count)
+    return _going(step, extent, row[at]) or unclear if 0 <= at < len(row) else _place(step, extent, row, at)
 
 
 def _short(place: str, scene: Scene) -> str:
@@ -194,7 +257,8 @@ def _on_its_place(
 ) -> Found | Fault:
     """ "The yellow block on the shelf", of two: the one that stands there."""
     there = next((s for s in step.spans if s.label is Kind.LOCATION and s.start >= at), None)
-    place = resolve_places(tokens(step.text, there.start, there.end), scene, Talk()) if there is not None else None
+    after = tokens(step.text, there.start, there.end) if there is not None else ()
+    place = resolve_places(after, scene, Talk()) if after else None
     if not isinstance(place, Found):
         return fault
     ids = tuple(i for i in fault.candidates if any(scene.within(where.get(i), p) for p in place.ids))
