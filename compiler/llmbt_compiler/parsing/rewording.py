@@ -58,7 +58,7 @@ _LEFT = re.compile(
 
 def reworded(step: LabelledStep) -> LabelledStep:
     """The step in plain words, with as many characters."""
-    step = _all_but(_that_one(_plain_codes(_its_surface(step))))
+    step = _either(_all_but(_that_one(_plain_codes(_its_surface(step)))))
     step = _go_and_wait(_silent(_to_its_place(_coloured(step))))
     return _vacant(_vacated(_in_parentheses(_seen_to(step))))
 
@@ -127,6 +127,33 @@ def _all_but(step: LabelledStep) -> LabelledStep:
     text = step.text[:a] + "except".ljust(b - a) + step.text[b:]
     kept = tuple(s for s in step.spans if s.end <= a or b <= s.start)
     return replace(step, text=text, spans=kept, readings=())
+
+
+_EITHER = re.compile(
+    r"\b(?:(?P<either>either)\s+)?(?P<one>(?:(?:the|a|an|my)\s+)?[a-z0-9]+(?:\s+[a-z0-9]+)?)\s+or\s+(?P<other>(?:(?:the|a|an|my)\s+)?[a-z0-9]+(?:\s+\d+)?)\b",
+    re.IGNORECASE,
+)
+_PERMITTED = re.compile(
+    r"\b(?:you\s+(?:choose|decide|pick)|your\s+(?:choice|call|pick)|either\s+(?:one\s+)?(?:is\s+(?:fine|ok|okay|good)|will\s+do|works)|whichever\s+(?:one\s+)?(?:you\b|suits|is\s+(?:handier|easier|easiest|fine|more\s+convenient)\b)"
+    r"|I\s+don['\u2019]t\s+(?:mind|care)\s+which|up\s+to\s+you|just\s+one\b)[^;.!?]*",
+    re.IGNORECASE,
+)
+
+
+def _either(step: LabelledStep) -> LabelledStep:
+    """ "Either the apple or the bread, you choose": where the choice is left, the first of the two."""
+    free = _PERMITTED.search(step.text)
+    m = _EITHER.search(step.text) if free is not None else None
+    if m is None or free is None or m.end() > free.start() > m.start():
+        return step
+    touched = [s for s in step.spans if s.start < m.end("other") and m.start("other") <= s.start]
+    own = [s for s in step.spans if m.start("one") <= s.start < m.end("one")]
+    if len(touched) != 1 or len(own) != 1 or touched[0].label is not own[0].label or own[0].label is Kind.ACTION:
+        return step
+    step = without(step, Extent(m.end("one"), m.end("other")))
+    step = without(step, Extent(*m.span("either"))) if m["either"] else step
+    again = _PERMITTED.search(step.text)
+    return without(step, Extent(*again.span())) if again is not None else step
 
 
 def _silent(step: LabelledStep) -> LabelledStep:

@@ -38,7 +38,7 @@ from llmbt_compiler.parsing.space import arrangement, certainty, compared, relat
 from llmbt_compiler.parsing.statements import asks_a_fact, courteous, states_a_fact
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
-from llmbt_compiler.parsing.whichever import narrowed, whichever
+from llmbt_compiler.parsing.whichever import emptied, narrowed, whichever
 from llmbt_compiler.parsing.words import lexicon, tokens
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Severity, nearest
@@ -164,7 +164,7 @@ class _Walker(Ordering):
     def by_name(self, step: LabelledStep) -> LabelledStep | Fault:
         """The step with the names of things and places in place of comparisons and of counts; the fault of one that
         names nothing, or too much."""
-        found: LabelledStep | Fault = narrowed(whichever(step, self.scene), self.scene)
+        found: LabelledStep | Fault = emptied(narrowed(whichever(step, self.scene), self.scene), self.scene)
         for settle in (compared, stepped):
             found = settle(found, self.scene, self.talk()) if not isinstance(found, Fault) else found
         return found

@@ -14,7 +14,7 @@ from llmbt_compiler.parsing.plainly import instead
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import tokens
 
-__all__ = ["narrowed", "whichever"]
+__all__ = ["emptied", "narrowed", "whichever"]
 
 _END = (
     r"(?P<far>furthest|farthest|most|nearest|closest)(?:\s+(?:over|out|across|away))?\s+(?:to\s+|on\s+|at\s+|towards?\s+)?(?:the\s+)?(?:far\s+)?"
@@ -101,3 +101,36 @@ def narrowed(step: LabelledStep, scene: Scene) -> LabelledStep:
     if found.ids[0] in {"*", "<"} or len(phrase) + lead > extent.end - extent.start:
         return step
     return instead(step, Extent(extent.start + lead, extent.end), phrase, Kind.DESTINATION)
+
+
+_WHOLE = re.compile(
+    r"^(?P<lead>[^.;:!?]{3,80}?[,;]\s*(?:would\s+you\s*,\s*)?(?:(?:and|so)\s+)?)"
+    r"(?P<all>(?:everything|whatever|anything|all)\s+(?:that\s+|you\s+find\s+)?(?:(?:is|stands|sits|lies)\s+|['\u2019]s\s+)?(?:(?:still|now|currently|standing|lying)\s+)*"
+    r"(?:(?:on|in)\s+it|there))\s+(?=(?:goes|go|should|must|has|is\s+to)\b|(?:back\s+)?(?:on)?to\s)",
+    re.IGNORECASE,
+)
+_BARE = re.compile(r"\b(?:clear|empty|free|bare|cleared|emptied|freed)\b", re.IGNORECASE)
+
+
+def emptied(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Empty the shelf, everything on it goes to the sorting area": where the things go is all that is asked for."""
+    m = _WHOLE.match(step.text)
+    if m is None or _BARE.search(m["lead"]) is None:
+        return step
+    line = tokens(m["lead"])
+    named: set[str] = set()
+    for size in (2, 1):
+        for i in range(len(line) - size + 1):
+            found = resolve_places(line[i : i + size], scene, Talk())
+            plain = all(t.word or t.number is not None for t in line[i : i + size]) and line[i].text not in {"the", "a"}
+            if plain and not named and isinstance(found, Found) and len(found.ids) == 1 and not found.corrected:
+                named.add(found.ids[0])
+    if len(named) != 1 or (place := named.pop()) not in {e.id for e in scene.places} or scene.single(place):
+        return step
+    name = min(place, next((p.name for p in scene.map.places if p.id == place), "") or place, key=len)
+    plain_text, extent = f"all on {name}", Extent(0, m.end("all"))
+    if len(plain_text) > extent.end:
+        return step
+    step = instead(step, extent, plain_text, Kind.TARGET)
+    whole = next((s for s in step.spans if s.start >= m.end()), None)
+    return replace(step, spans=tuple(s for s in step.spans if s is not whole or s.label is not Kind.TARGET))

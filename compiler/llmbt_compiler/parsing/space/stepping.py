@@ -44,8 +44,9 @@ _ALONG = re.compile(
     re.IGNORECASE,
 )
 _FAR = re.compile(
-    r"(?:\b(?P<on>on|onto|to|into|in|at)|(?:->|=>|\u2192|:))\s+(?P<outer>(?:the\s+)?[a-z0-9 _]{3,30}?)\s*,\s*(?:all\s+the\s+way\s+(?:to|on|at)?\s*|right\s+)?"
-    r"(?:(?:on|at|to|over\s+(?:on|to|at))\s+(?:the|its)\s+)?(?:(?P<far>far|very|extreme)\s+)?(?P<side>left|right)(?P<end>(?:[\s-]hand)?\s+(?:end|side|corner))?"
+    r"(?:\b(?P<on>on|onto|to|into|in|at)|(?:->|=>|\u2192|:))\s+(?P<outer>(?:the\s+)?[a-z0-9 _]{3,30}?)"
+    r"\s*,\s*(?:all\s+the\s+way\s+(?:to|on|at)?\s*|right\s+)?"
+    r"(?P<lead>(?:on|at|to|over\s+(?:on|to|at))\s+(?:the|its)\s+)?(?:(?P<far>far|very|extreme)\s+)?(?P<side>left|right)(?P<end>(?:[\s-]hand)?\s+(?:end|side|corner))?"
     r"(?=\s*(?:[,.;!?]|$|please\b))",
     re.IGNORECASE,
 )
@@ -157,7 +158,7 @@ def _far(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault:
     """ "On the top level, far right": its last position there."""
     m = _FAR.search(step.text)
     found = resolve_places(tokens(step.text, *m.span("outer")), scene, talk) if m is not None else None
-    if m is None or not (m["far"] or m["end"] or "all the way" in m[0].casefold()):
+    if m is None or not (m["lead"] or m["far"] or m["end"] or "all the way" in m[0].casefold()):
         return step
     if not isinstance(found, Found) or len(found.ids) != 1 or not _only(found) or scene.single(_only(found)):
         return step
