@@ -264,7 +264,7 @@ def _goings(step: LabelledStep, scene: Scene) -> LabelledStep:
                 break
             after.pop(0)
         related = after[:1] and (
-            after[0] in _WHITHER - {"on", "onto", "in", "into", "at"} or after[:2] == ["to", "the"]
+            after[0] in _WHITHER - {"on", "onto", "in", "into", "at", "next", "beside"} or after[:2] == ["to", "the"]
         )
         told = s in acts and after[:1] and (after[0] in _WHITHER or after[0] == "to") and place is not None
         if told and (related or s is not acts[0]) and _subject_of(step, s) is not None and place is not None:

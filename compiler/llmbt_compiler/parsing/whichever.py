@@ -12,7 +12,7 @@ from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.plainly import instead
 from llmbt_compiler.parsing.scene import Scene
-from llmbt_compiler.parsing.words import tokens
+from llmbt_compiler.parsing.words import lexicon, tokens
 
 __all__ = ["emptied", "narrowed", "whichever"]
 
@@ -94,6 +94,8 @@ def narrowed(step: LabelledStep, scene: Scene) -> LabelledStep:
     found = resolve_places(tokens(step.text, *m.span("outer")), scene, Talk()) if m is not None else None
     if m is None or not isinstance(found, Found) or len(found.ids) != 1 or found.corrected or found.vague:
         return step
+    if m["rank"].casefold() in lexicon().ordinals and not (m["free"] or m["free2"] or m["free3"]):
+        return step  # the third of a row is understood as it stands
     outer = m["outer"].strip()
     free = "free " if m["free"] or m["free2"] or m["free3"] else ""
     phrase = f"{free}{m['rank']} {m['noun']} of {outer}"

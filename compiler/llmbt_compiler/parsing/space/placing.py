@@ -184,7 +184,7 @@ class Placing(Ranking):
                 self.walk.told(found, Phrase(Kind.LOCATION, parts, Extent(parts[0].start, parts[-1].end)))
                 return found.ids, stop
             first = first or (found if isinstance(found, Fault) else self.too_many(found, parts, want))
-        there = self.standing_there(first, limit) if first is not None and want == 1 else None
+        there = self.standing_there(first, limit, relation) if first is not None and want == 1 else None
         if there is not None:
             return there
         if relation.name in {"nearest", "farthest", "next", "above", "below"} and first is None:
@@ -194,9 +194,10 @@ class Placing(Ranking):
             or Fault("E305", "the words name nothing to be next to", self.extent(relation), "what?", "name the thing")
         )
 
-    def standing_there(self, fault: Fault, stop: int) -> tuple[tuple[str, ...], int] | None:
-        """ "The green block on the shelf", of several green ones: that which stands on the place named behind it."""
-        while stop < len(self.line) and self.line[stop].text in _STANDS:
+    def standing_there(self, fault: Fault, stop: int, relation: Relation) -> tuple[tuple[str, ...], int] | None:
+        """ "The green block on the shelf", of several green ones: that which stands on the place named behind it.
+        Behind "that is" so too, where the relation leaves one side open and not two."""
+        while relation.name != "next" and stop < len(self.line) and self.line[stop].text in _STANDS:
             stop += 1
         if fault.code != "E304" or stop + 1 >= len(self.line) or self.line[stop].text not in {"on", "in", "at", "from"}:
             return None
