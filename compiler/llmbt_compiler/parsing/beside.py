@@ -13,7 +13,7 @@ from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.scene import Entity, Scene
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["done_before", "in_passing", "mentioned", "mentions", "restrictions", "unread"]
+__all__ = ["done_before", "goes_unread", "in_passing", "mentioned", "mentions", "restrictions", "unread"]
 
 _MARKS = frozenset({",", ".", ";", ":"})
 _RESTRICTION = re.compile(
@@ -67,6 +67,24 @@ def unread(step: LabelledStep, scene: Scene, used: Sequence[Extent]) -> tuple[Ex
         if _free(step, first, last) and not known and not aside:
             found.append(extent)
     return tuple(sorted(found))
+
+
+_SAID_TO_GO = re.compile(
+    r"\b(?:it|they)\s+(?:(?:should|must|shall|can|will|has\s+to|have\s+to|needs?\s+to|is\s+to)\s+)?(?:then\s+|now\s+)?(?:goes|go|belongs?|comes?)\s+"
+    r"(?:(?:back|up|down|over)\s+)?(?:on|onto|to|into|in)\s+(?P<place>(?:the\s+)?\w+(?:\s+\d+)?)\b",
+    re.IGNORECASE,
+)
+
+
+def goes_unread(step: LabelledStep, scene: Scene) -> Iterator[Extent]:
+    """Where a step says of a thing, in words that are no keywords, that it goes to a place: "..., and it goes to 34"."""
+    for m in _SAID_TO_GO.finditer(step.text):
+        if any(s.start < m.end() and m.start() < s.end for s in step.spans):
+            continue
+        parts = tokens(step.text, *m.span("place"))
+        numbers = {e.number for e in scene.places}
+        if exactly_named(parts, scene.places) or parts[-1].number in numbers - {None}:
+            yield Extent(*m.span())
 
 
 def _waiting(parts: Sequence[Token], first: Token, last: Token, scene: Scene) -> bool:

@@ -249,6 +249,16 @@ def _subject_of(step: LabelledStep, action: KeywordSpan) -> KeywordSpan | None:
     return before if told else None
 
 
+def _pronoun_of(step: LabelledStep, action: KeywordSpan) -> KeywordSpan | None:
+    """The unlabelled "it" right before "goes" or "should go"."""
+    before = max((s.end for s in step.spans if s.end <= action.start), default=0)
+    lead = list(tokens(step.text, before, action.start))
+    while lead and lead[-1].text in _INTENDED:
+        lead.pop()
+    it = lead[-1] if lead and lead[-1].text in {"it", "they"} and action.text.casefold() in _GOING else None
+    return _span(step, it.start, it.end, Kind.TARGET) if it is not None else None
+
+
 def _goings(step: LabelledStep, scene: Scene) -> LabelledStep:
     """ "Fetch the tea, and the biscuits can go on the desk", "the red block should go between A and B": the thing is to
     be put there."""
@@ -267,7 +277,11 @@ def _goings(step: LabelledStep, scene: Scene) -> LabelledStep:
             after[0] in _WHITHER - {"on", "onto", "in", "into", "at", "next", "beside"} or after[:2] == ["to", "the"]
         )
         told = s in acts and after[:1] and (after[0] in _WHITHER or after[0] == "to") and place is not None
-        if told and (related or s is not acts[0]) and _subject_of(step, s) is not None and place is not None:
+        it = _pronoun_of(step, s) if told and s is not acts[0] else None
+        if it is not None:
+            out.append(it)
+        said = it is not None or (told and (related or s is not acts[0]) and _subject_of(step, s) is not None)
+        if said and place is not None:
             out.append(replace(s, text=str(place.verbs[0])))
         else:
             out.append(s)

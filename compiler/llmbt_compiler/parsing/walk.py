@@ -14,7 +14,7 @@ from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
-from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
+from llmbt_compiler.parsing.beside import done_before, goes_unread, mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses
 from llmbt_compiler.parsing.doubts import corrects, doubts
 from llmbt_compiler.parsing.explained import explanation, without
@@ -345,6 +345,9 @@ class _Walker(Ordering):
             self.complain(
                 "E314", f"`{words}` is named, and what for is not understood", extent, "", "say it in a step of its own"
             )
+        for extent in goes_unread(step, self.scene):
+            title = f"`{extent.cut(step.text)}` is told, and no step does it"
+            self.complain("E314", title, extent, "", "say it in a step of its own")
         for extent, thing, place in done_before(step, self.scene):
             if not self.scene.within(self.ledger.where.get(thing), place):
                 title = f"`{extent.cut(step.text)}` is told, and no step does it"
