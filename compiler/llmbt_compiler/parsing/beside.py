@@ -77,7 +77,7 @@ _SAID_TO_GO = re.compile(
 
 
 def goes_unread(step: LabelledStep, scene: Scene) -> Iterator[Extent]:
-    """Where a step says of a thing, in words that are no keywords, that it goes to a place: "..., and it goes to 34"."""
+    """Where a step says of a thing, in no keywords, that it goes to a place: "..., and it goes to 34"."""
     for m in _SAID_TO_GO.finditer(step.text):
         if any(s.start < m.end() and m.start() < s.end for s in step.spans):
             continue
