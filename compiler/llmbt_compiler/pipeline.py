@@ -18,9 +18,10 @@ from llmbt_compiler.asking import Asked, Slot, edit_for, edited, from_diagnostic
 from llmbt_compiler.asking.answer import choose
 from llmbt_compiler.checking import (
     contradictions,
-    lacking,
     moved_all_the_same,
+    obstacles,
     open_points,
+    second_reading,
     too_many,
     unable,
     ungrounded,
@@ -200,6 +201,7 @@ class _Run:
                 asked = from_diagnostics(parsed.diagnostics, context.semantic_map, context.library)
                 if asked is None:
                     raise LlmbtError(*parsed.errors(), exit_code=parsed.exit_code)
+                self.refuse_the_impossible()
             else:
                 self.refuse_contradictions(parsed)
                 self.refuse_inability()
@@ -234,6 +236,20 @@ class _Run:
         if found:
             raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
 
+    def refuse_the_impossible(self) -> None:
+        """A request that cannot be carried out is no matter for a question about the steps."""
+        if self.context.stated is not None or self.settled or "reason" not in self.values:
+            return
+        self.refuse_inability()
+        semantic_map, library = self.context.semantic_map, self.context.library
+        own = second_reading(self.sentences(), semantic_map, library).goals
+        found = (
+            *too_many(self.context.request, own, semantic_map, library),
+            *moved_all_the_same(self.context.request, own, semantic_map, library),
+        )
+        if found:
+            raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
+
     def refuse_inability(self) -> None:
         """What the request asks for, and the robot cannot do: a reply that leaves it out does not fulfil it."""
         found = tuple(unable(self.context.request, self.context.library)) if self.context.stated is None else ()
@@ -250,13 +266,17 @@ class _Run:
         said = "\n".join(s.text for s in steps.steps) if isinstance(steps, Steps) else ""
         for point in open_points(context.request, parsed, semantic_map, library, said):
             return from_request(point, semantic_map, library)
-        sentences = tagged(_SENTENCES.findall(" ".join(context.request.split())[:_LONGEST]), context.tagger)
+        sentences = self.sentences()
         points = chain(
             witnessed(context.request, sentences, parsed.goals, semantic_map, library),
             unknown_names(sentences, parsed.goals, semantic_map, library),
             ungrounded(context.request, parsed.goals, semantic_map, library),
         )
         return next((from_request(p, semantic_map, library) for p in points), None)
+
+    def sentences(self) -> tuple[LabelledStep, ...]:
+        """The request's sentences, labelled as if each were a step."""
+        return tagged(_SENTENCES.findall(" ".join(self.context.request.split())[:_LONGEST]), self.context.tagger)
 
     def answer(self, asked: Asked) -> str | None:
         """The user's answer, entered into what was said; None where there is none."""
@@ -391,11 +411,15 @@ class _Run:
         return None if self.settled_here(asked, answer) else following
 
     def told_what_lacks(self, asked: Asked) -> Asked:
-        """The model's question, with what the scene lacks where the request names such a thing."""
-        point = lacking(self.context.request, self.context.semantic_map, self.context.library)
-        if point is None:
+        """The model's question, with the reason why the request cannot be carried out as it stands, if there is one."""
+        context = self.context
+        found = obstacles(context.request, self.sentences(), context.semantic_map, context.library)
+        obstacle = next(found, None)
+        if obstacle is None:
             return asked
-        told = replace(asked.diagnostic, title=f"{asked.diagnostic.title} ({point.diagnostic.title})")
+        told = replace(
+            asked.diagnostic, title=f"{asked.diagnostic.title} (it cannot be done as it stands: {obstacle.title})"
+        )
         return replace(asked, diagnostic=told)
 
     def settled_here(self, asked: Asked, answer: str) -> bool:

@@ -4,7 +4,7 @@ import pytest
 
 from llmbt_atl.library import load_library
 from llmbt_compiler.checking import moved_all_the_same
-from llmbt_compiler.checking.phrases import meant_objects
+from llmbt_compiler.checking.referring import meant_objects
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import tokens
 from llmbt_ir.scene import load_scene, to_semantic_map

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.requests.blind import read_blind
-from tests.requests.cases import BLIND, BLIND2, BLIND3, DEV, DEV2, Case, read_open
+from tests.requests.cases import BLIND, BLIND2, BLIND3, BLIND4, DEV, DEV2, Case, read_open
 from tests.requests.decide import Decision, Judged, judge
 
 KINDS = ("complete", "ambiguous", "impossible")
@@ -61,6 +61,7 @@ def parts(blind: Path | None = None) -> dict[str, tuple[Case, ...]]:
         "once blind": (BLIND,),
         "once blind, second": (BLIND2,),
         "once blind, third": BLIND3,
+        "once blind, fourth": BLIND4,
         "development": (DEV,),
         "development, second": (DEV2,),
     }

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from llmbt_compiler.checking.phrases import meant_objects
+from llmbt_compiler.checking.referring import meant_objects
 from llmbt_compiler.parsing.mentions import Mention, mentions_in
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
@@ -64,7 +64,7 @@ def offered(text: str, scene: Scene) -> tuple[tuple[str, ...], bool | None]:
     fits = _fitting(question)
     own = [m for m in pool if m not in _telling(question)]
     among = [m for m in own if m.id in fits]
-    for found in (among, own, pool):
+    for found in (_either_or(question, own), among, own, pool):
         if len({m.id for m in found}) > 1:
             return tuple(dict.fromkeys(m.id for m in found)), movable
     numbers = _numbers(question, movable)
@@ -74,6 +74,18 @@ def offered(text: str, scene: Scene) -> tuple[tuple[str, ...], bool | None]:
     if len(whole) <= 1 and fits and scene[fits[0]].movable == movable:
         return fits, movable
     return whole, movable
+
+
+def _either_or(q: _Question, named: Sequence[Mention]) -> tuple[Mention, ...]:
+    """Those on both sides of an "or": "Do you mean object 4 or object 5? Both are next to object 6"."""
+    for i in (k for k, t in enumerate(q.words) if t.text == "or"):
+        begin = max((k + 1 for k in range(i) if q.words[k].text in _BREAKS), default=0)
+        stop = next((k for k in range(i, len(q.words)) if q.words[k].text in _BREAKS), len(q.words))
+        before = [m for m in named if begin <= m.start < i]
+        after = [m for m in named if i < m.start < stop]
+        if before and after and after[0].start <= i + 2:
+            return (*before, *after)
+    return ()
 
 
 def _told_apart(q: _Question, text: str) -> tuple[str, ...]:

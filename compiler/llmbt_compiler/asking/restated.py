@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from llmbt_atl.library import Library
 from llmbt_compiler.asking.question import Asked
-from llmbt_compiler.checking.phrases import Meant, meant_objects
+from llmbt_compiler.checking.referring import Meant, meant_objects
 from llmbt_compiler.checking.sides import shifts
 from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.parsing.mentions import mentions_in

@@ -7,10 +7,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
+from llmbt_compiler.checking.referring import Meant, meant_objects, place_named
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
+from llmbt_compiler.checking.staying import here_named
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
+from llmbt_compiler.parsing.names import Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.words import Token, lexicon, singulars, tokens
@@ -19,13 +22,17 @@ from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["too_many"]
 
-_ONTO = frozenset({"on", "onto", "in", "into", "to", "at"})
+_ONTO = frozenset({"on", "onto", "in", "into", "to", "at", "along", "across"})
+_ALL = frozenset({"all", "every", "each"})
 _JOINING = frozenset({"and", ",", "&", "the", "both", "also", "plus"})
 _OTHERWISE = frozenset({
     "then", "after", "afterwards", "later", "first", "until", "or", "from", "swap", "exchange", "switch", "between",
     "respectively", "either", "if", "clear", "empty", "free", "via", "not", "starting", "where",
 })  # fmt: skip
 _SHARING = frozenset({"share", "shares", "sharing", "shared"})
+_TOGETHER = frozenset({"both", "two", "three", "four", "five", "six", "pair"})
+_PILES = frozenset({"tower", "pyramid", "stack", "pile", "column", "turret"})
+_BUILDING = frozenset({"build", "make", "form", "construct", "erect", "create", "assemble", "building", "making"})
 _EXCEPTING = frozenset({"but", "except", "apart", "besides", "else", "other", "than", "without"})
 
 
@@ -48,6 +55,7 @@ def too_many(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, lib
     phrases = tuple(meant_objects(words, line, scene))
     yield from _full(words, line, phrases, goals, scene)
     for begin, end in sentences(words):
+        yield from _all_on_single(words, line, begin, end, scene)
         if {t.text for t in words[begin:end]} & _OTHERWISE or relations(words[begin:end]):
             continue
         named = _objects(words, begin, end, phrases, scene)
@@ -83,7 +91,11 @@ def _everything(words: Sequence[Token], scene: Scene) -> Iterator[Meant]:
     for i, t in enumerate(words):
         begin, end = sentence_at(words, i)
         said = {w.text for w in words[begin:end]}
-        if t.text != "everything" or said & _EXCEPTING or lexicon().function["negation"] & said:
+        if said & _EXCEPTING or lexicon().function["negation"] & said - {"no"}:
+            continue
+        if t.text in _ALL:
+            yield from _all(words, i, end, scene)
+        if t.text != "everything":
             continue
         there = i + 1 < end and words[i + 1].text in {"from", "on", "in", "off", "thats"}
         place, stop = place_named(words, i + 2, scene) if there else (None, i + 1)
@@ -91,6 +103,24 @@ def _everything(words: Sequence[Token], scene: Scene) -> Iterator[Meant]:
         onto = there and place is not None and not any(w.text in _ONTO for w in words[stop:end])
         if ids and (place is not None or not there) and not onto:
             yield Meant(i, stop, ids, len(ids))
+
+
+def _all(words: Sequence[Token], i: int, end: int, scene: Scene) -> Iterator[Meant]:
+    """ "All of the blocks", "every green block", "all six of them": all there are of a kind."""
+    k = i + 1
+    while k < end and (words[k].text in {"of", "the", "these", "those", "my", "single"} or words[k].number is not None):
+        k += 1
+    numbers = {t.number for t in words[i:k] if t.number is not None}
+    if k < end and words[k].text == "them":
+        ids = tuple(e.id for e in scene.objects)
+        if numbers == {str(len(ids))}:
+            yield Meant(i, k + 1, ids, len(ids))
+        return
+    for stop in (k + 2, k + 1):
+        found = resolve_objects((Token("all", words[i].start, words[i].end), *words[k:stop]), scene, Talk())
+        if k < stop <= end and isinstance(found, Found) and not found.corrected:
+            yield Meant(i, stop, found.ids, len(found.ids))
+            return
 
 
 def _in_two(
@@ -102,7 +132,8 @@ def _in_two(
     for a, b in pairwise(places):
         between = {t.text for t in words[a.end : b.start]}
         apart = not (scene.within(a.ids[0], b.ids[0]) or scene.within(b.ids[0], a.ids[0]))
-        if a.led and "and" in between and between <= _JOINING | _ONTO and apart:
+        joined = between & {"and", "plus", "also", "well"} and between <= _JOINING | _ONTO | {"as", "well", "then"}
+        if a.led and joined and apart:
             title = f"the request contradicts itself: {named[0].ids[0]} would be in two places: {a.ids[0]}, {b.ids[0]}"
             yield Diagnostic("E343", title, span_of(words[a.start : b.end], line), "two places", "name one of them")
 
@@ -144,6 +175,29 @@ def _shared(
             return
 
 
+def _all_on_single(words: Sequence[Token], line: str, begin: int, end: int, scene: Scene) -> Iterator[Diagnostic]:
+    """ "Squeeze both of them onto position 14, then we save a spot"."""
+    said = {t.text for t in words[begin:end]}
+    if said & (_OTHERWISE - {"then", "from", "not", "where"}) or lexicon().function["negation"] & said:
+        return
+    at = next(
+        (k for k in range(begin, end) if words[k].text in _TOGETHER and _on_single(words, k + 1, end, scene)), None
+    )
+    if at is not None:
+        title = "a position takes one thing at a time, and the request wants more of them on one"
+        yield Diagnostic("E308", title, span_of(words[at:end], line), "too many", "take another place")
+
+
+def _on_single(words: Sequence[Token], at: int, end: int, scene: Scene) -> bool:
+    """ "(Both) of them onto position 14": a single place right behind what is counted, and no other with it."""
+    to = next((k for k in range(at, min(end, at + 5)) if words[k].text in _ONTO), None)
+    if to is None or any(not t.word or t.number is not None for t in words[at:to]):
+        return False
+    named = [p.ids[0] for p in _places(words, at, end, scene)]
+    place = next((p for p in _places(words, to, end, scene) if p.start - 2 <= to < p.start), None)
+    return place is not None and scene.single(place.ids[0]) and len(set(named)) == 1
+
+
 def _in_there(said: Sequence[str]) -> bool:
     """Whether something is told as what a place holds already: "that's in there", "already in it"."""
     return any(a in {"in", "on"} and b in {"there", "it"} for a, b in pairwise(said))
@@ -151,6 +205,13 @@ def _in_there(said: Sequence[str]) -> bool:
 
 def _stacked(words: Sequence[Token], line: str, begin: int, end: int, named: Sequence[_Named]) -> Iterator[Diagnostic]:
     """ "Stack object 5 on object 6": nothing stands on a thing."""
+    said = [t.text for t in words[begin:end]]
+    pile = next((k for k, w in enumerate(said) if w in _PILES and said[max(0, k - 1)] in {"a", "one", "the"}), None)
+    denied = lexicon().function["negation"] & set(said)
+    if pile is not None and _BUILDING & set(said[:pile]) and not denied and "column" not in said:
+        title = f"the request wants a {said[pile]}, and things stand on places alone"
+        yield Diagnostic("E308", title, span_of(words[begin:end], line), "no place", "name a place for each")
+        return
     verb = next((k for k in range(begin, end) if words[k].text in {"stack", "stacked", "pile"}), None)
     for a, b in pairwise(named) if verb is not None else ():
         between = [t.text for t in words[a.end : b.start] if not lexicon().is_(t.text, "articles")]
@@ -175,7 +236,13 @@ def _objects(
 
 def _places(words: Sequence[Token], begin: int, end: int, scene: Scene) -> tuple[_Named, ...]:
     found = [m for m in mentions_in(words, scene) if not scene[m.id].movable and begin <= m.start < end]
-    return tuple(_Named(m.start, m.end, (m.id,), led=_led(words, m.start)) for m in found)
+    inside = {k for m in found for k in range(m.start, m.end)}
+    named = [_Named(m.start, m.end, (m.id,), led=_led(words, m.start)) for m in found]
+    for k in range(begin, end):  # "on 12 and 34"
+        here = here_named(words, k, scene) if k not in inside else ()
+        if here and (_led(words, k) or (named and words[k - 1].text in {"and", ","})):
+            named.append(_Named(k, k + 1, here, led=_led(words, k)))
+    return tuple(sorted(named, key=lambda n: n.start))
 
 
 def _led(words: Sequence[Token], start: int) -> bool:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 
+from llmbt_compiler.checking.wording import phrase_at
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.places import resolve_places
@@ -13,21 +13,14 @@ from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
 __all__ = ["doubted"]
 
-_UNSURE = re.compile(
-    r"\b(?:forg[eo]t(?:ten)?|remember|recall|unsure|maybe|perhaps|slipped my mind|(?:have )?no idea|check with me"
-    r"|(?:not|never) (?:\w+ )?(?:sure|certain)|(?:do not|don['’]?t) (?:\w+ )?know|(?:illegible|smudged|blurred)"
-    r"|(?:can(?:no|['’]?)t|could(?: not|n['’]?t)) (?:\w+ )?(?:read|tell|make|say|decide|think)|hard to (?:read|tell)"
-    r"|which (?:of the two |one )?(?:was|is) it)\b",
-    re.IGNORECASE,
-)
 _AGAIN = frozenset({"was", "is", "were", "does", "did", "do", "maybe", "perhaps", "rather", "should", "could"})
 _LEVELS = frozenset({"top", "bottom", "middle", "highest", "lowest", "upper", "lower", "upmost"})
 _NEAR = 5
 
 
-def doubted(words: Sequence[Token], request: str, scene: Scene) -> Iterator[tuple[int, tuple[str, str]]]:
+def doubted(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, tuple[str, str]]]:
     """Where the "or" stands, and the two things or places that it stands between."""
-    unsure = _UNSURE.search(request) is not None
+    unsure = any(phrase_at(words, k, "doubts", "unsure") for k in range(len(words)))
     named = sorted({*_named(words, scene)})
     for i, t in enumerate(words[:-1]):
         if t.text != "or" or not (unsure or words[i + 1].text in _AGAIN):
@@ -39,9 +32,11 @@ def doubted(words: Sequence[Token], request: str, scene: Scene) -> Iterator[tupl
 
 
 def _named(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, str]]:
-    yield from ((m.start, m.id) for m in mentions_in(words, scene))
+    mentions = mentions_in(words, scene)
+    yield from ((m.start, m.id) for m in mentions)
+    inside = {k for m in mentions for k in range(m.start, m.end)}
     for k, t in enumerate(words):
-        if t.digits:
+        if t.digits and k not in inside:
             found = [e.id for e in scene.places if e.number == t.number]
             found = found or [e.id for e in scene.objects if e.number == t.number]
             if len(found) == 1 and not (k and words[k - 1].text in scene[found[0]].stem):

@@ -19,7 +19,7 @@ from llmbt_compiler.checking.telling import REMEMBERED
 from llmbt_compiler.checking.unknown import unknown_place
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
-from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic
@@ -100,7 +100,8 @@ class _Request:
 
     @property
     def exchanges(self) -> bool:
-        return bool(self.texts & (_EXCHANGE | lexicon().verbs["exchange"]))
+        named = any(self.scene.word(t, True).text for t in self.words) or any(self.scene[i].movable for i in self.named)
+        return bool(self.texts & (_EXCHANGE | lexicon().verbs["exchange"])) and (named or "where" not in self.texts)
 
     def counted(self, place: str) -> bool:
         """Whether a place's number stands behind its kind, however it is spelt, or behind a word of where to: "on levl
@@ -141,7 +142,8 @@ def ungrounded(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, l
         if not _thing(said, thing):
             title = f"nothing in the request stands for {thing}, and the reply takes it"
             label, hint = f"no word for {thing}", f"is {thing} right? else name the thing"
-            yield OpenPoint(Diagnostic("E142", title, span, label, hint), thing)
+            every = tuple(sorted((e.id for e in scene.objects), key=natural))
+            yield OpenPoint(Diagnostic("E142", title, span, label, hint, candidates=every), thing)
         elif not _place(said, thing, place, any(p == said.where.get(thing) for o, p in placed if o != thing)):
             unknown = unknown_place(said.words, scene)
             if unknown is not None:

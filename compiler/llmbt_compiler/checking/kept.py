@@ -6,8 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from llmbt_atl.library import Library
-from llmbt_compiler.checking.phrases import landmark, meant_objects
+from llmbt_compiler.checking.referring import meant_objects
 from llmbt_compiler.checking.sentences import one_line, sentence_at, span_of
+from llmbt_compiler.checking.spots import meant_places
+from llmbt_compiler.checking.staying import here_named, object_at, subject_before
+from llmbt_compiler.checking.wording import phrase_at
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
@@ -23,6 +26,7 @@ _STAYING = frozenset({"stay", "stays", "remain", "remains", "staying", "remainin
 _KEEPING = frozenset({"keep", "keeps", "leave", "leaves", "leaving", "keeping"})
 _TOUCHING = frozenset({"touch", "move", "moving", "touching", "moved", "touched", "moves", "budge", "shift", "disturb"})
 _TOUCHED = frozenset({"moved", "touched", "disturbed", "shifted", "budge", "move"})
+_MOVED = frozenset({"move", "moves", "moved", "budge"})
 _REMOVED = frozenset(
     {"taken", "removed", "lifted", "displaced", "relocated", "moved", "touched", "disturbed", "shifted"}
 )
@@ -34,8 +38,10 @@ _NOT = frozenset(
     {"not", "dont", "doesnt", "never", "without", "cannot", "cant", "mustnt", "longer", "shouldnt", "wont", "isnt"}
 )
 _LATER = frozenset({"until", "till", "if", "unless", "or", "then", "after", "afterwards", "once", "first", "when"})
-_OTHERS = frozenset({"other", "others", "rest", "remaining", "else", "everything", "nothing", "they", "everybody"})
+_THERE = frozenset({"there", "in", "that", "thats", "is", "already", "on", "it", "standing", "sitting", "now"})
+_STANDING = frozenset({"stay", "stand", "remain", "sit"})
 _IN = frozenset({"in", "on", "at", "inside"})
+_CLEAR = frozenset({"clear", "unused", "untouched", "bare"})
 _ONTO = _IN | {"onto", "into", "to"}
 
 
@@ -59,6 +65,7 @@ def moved_all_the_same(
     words = tokens(line)
     where = {o.id: o.place for o in semantic_map.objects}
     placed = [g.condition.args for g in goals if g.condition.name == "On" and not g.condition.negated]
+    yield from _used_all_the_same(words, line, placed, scene)
     for kept in _kept(words, line, scene, where):
         for id_ in kept.ids:
             here = where.get(id_)
@@ -72,6 +79,42 @@ def moved_all_the_same(
             span = span_of(words[kept.start : kept.end], line)
             title = f"the request contradicts itself, or the reply the request: {id_} is to stay, and {what}"
             yield Diagnostic("E343", title, span, f"{id_} is to stay", "say which of the two is wanted")
+
+
+def _used_all_the_same(
+    words: Sequence[Token], line: str, placed: Sequence[Sequence[str]], scene: Scene
+) -> Iterator[Diagnostic]:
+    """E343 for a place that is to stay free, or that nothing may be put on, and that the goals put something on."""
+    for place, start, end in _closed(words, line, scene):
+        on = next((o for o, p in placed if scene.within(p, place)), None)
+        if on is not None:
+            title = f"the request contradicts itself: {place} is to stay free, and {on} goes there"
+            yield Diagnostic("E343", title, span_of(words[start:end], line), "to stay free", "say which is wanted")
+
+
+def _closed(words: Sequence[Token], line: str, scene: Scene) -> Iterator[tuple[str, int, int]]:
+    """Each place that is to stay free by the request's words, and where they say it."""
+    named = {m.start: (m.end, m.id) for m in mentions_in(words, scene) if not scene[m.id].movable}
+    named |= {p.start: (p.stop or p.end, p.ids[0]) for p in meant_places(words, line, scene) if len(p.ids) == 1}
+    named |= {k: (k + 1, *here_named(words, k, scene)) for k in range(len(words)) if here_named(words, k, scene)}
+    for start, (end, place) in sorted(named.items()):
+        begin, stop = sentence_at(words, start)
+        if any(w.text in _LATER for w in words[begin:stop]):
+            continue
+        free = phrase_at(words, end, "staying", "empty_behind")
+        free = free if _empty(words, free) or _empty(words, free + 1) else 0
+        closed = phrase_at(words, end, "staying", "closed_behind")
+        closed = 0 if [t.text for t in words[closed : closed + 1]] == ["for"] else closed  # "is reserved for"
+        ends = {k: phrase_at(words, k, "staying", "closed_before") for k in range(begin, start)}
+        before = next((k for k, at in ends.items() if at and start - 2 <= at <= start), None)
+        kept = _empty(words, end) and any(t.text in _KEEPING for t in words[max(begin, start - 3) : start])
+        if free or closed or kept or before is not None:
+            yield place, before if before is not None else start, max(free, closed, end)
+
+
+def _empty(words: Sequence[Token], at: int) -> bool:
+    """Whether a word for a place that nothing stands on is right here."""
+    return 0 < at < len(words) and (lexicon().is_(words[at].text, "vacant") or words[at].text in _CLEAR)
 
 
 def _wanted_there(
@@ -101,50 +144,77 @@ def _at(place: str, allowed: str, scene: Scene) -> bool:
 
 
 def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str | None]) -> Iterator[_Kept]:
-    for i, t in enumerate(words):
+    for i in range(len(words)):
         begin, end = sentence_at(words, i)
         if any(w.text in _LATER for w in words[begin:end]):
             continue
-        if t.text in _STAYING and not any(w.text in _NOT for w in words[max(begin, i - 3) : i]):
-            place, stop = _place(words, i + 1, end, scene)
-            pointed = "there" in [w.text for w in words[i + 1 : i + 3]]
-            subject, start = _subject(words, i, begin, line, scene, where, pointed=pointed)
-            said = place is not None or "where" in [w.text for w in words[i : i + 4]]
-            if subject and (said or not lexicon().is_(words[start].text, "pronouns")):
-                yield _Kept(subject, start, stop, place)
-        elif t.text in {"keeps", "keep"} and [w.text for w in words[i + 1 : i + 3]] in (
-            ["its", "place"],
-            ["its", "position"],
+        yield from _said_to_stay(words, i, line, scene, where)
+        yield from _left_alone(words, i, scene, where)
+        behind = phrase_at(words, i, "staying", "behind")
+        if behind and words[i].text not in _STAYING and _place(words, behind, end, scene)[0] is None:
+            subject, start = subject_before(words, i, line, scene, where, pointed=False)
+            yield _Kept(subject, start, behind)
+
+
+def _said_to_stay(
+    words: Sequence[Token], i: int, line: str, scene: Scene, where: dict[str, str | None]
+) -> Iterator[_Kept]:
+    """ "The red one stays where it is", "it must not be taken out of there"."""
+    t = words[i]
+    begin, end = sentence_at(words, i)
+    if t.text in _STAYING and not any(w.text in _NOT for w in words[max(begin, i - 3) : i]):
+        place, stop = _place(words, i + 1, end, scene)
+        pointed = "there" in [w.text for w in words[i + 1 : i + 3]]
+        subject, start = subject_before(words, i, line, scene, where, pointed=pointed)
+        said = place is not None or "where" in [w.text for w in words[i : i + 4]]
+        if subject and (said or not lexicon().is_(words[start].text, "pronouns")):
+            yield _Kept(subject, start, stop, place)
+    elif t.text in _REMOVED and _denied(words, begin, i, end):
+        subject, start = subject_before(words, i, line, scene, where, pointed=False)
+        yield _Kept(subject, start, i + 1)
+    elif t.text in _TOUCHED and (found := _nothing_on(words, begin, i, scene, where)):
+        yield _Kept(found, begin, i + 1)
+    elif t.text in {"leave", "leaves", "leaving"} and any(w.text in _NOT for w in words[max(begin, i - 2) : i]):
+        place, stop = _place(words, i, end, scene)
+        subject, start = subject_before(words, i, line, scene, where, pointed=False)
+        if place is not None:
+            yield _Kept(subject, start, stop, place)
+    elif t.text in _MOVED and any(w.text in _NOT for w in words[max(begin, i - 3) : i]):
+        nothing = i + 1 == len(words) or object_at(words, i + 1, scene, where) is None
+        subject, start = subject_before(words, i, line, scene, where, pointed=False)
+        yield _Kept(subject if nothing else (), start, i + 1)
+
+
+def _left_alone(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str | None]) -> Iterator[_Kept]:
+    """ "Hands off the green one", "don't touch what's there", "leave object 3 alone", "let it be"."""
+    t = words[i]
+    begin, end = sentence_at(words, i)
+    denied = any(w.text in _NOT for w in words[max(begin, i - 4) : i])
+    at = phrase_at(words, i, "staying", "hands_off") or (denied and phrase_at(words, i, "staying", "denied")) or 0
+    at = at or (i + 1 if t.text in _TOUCHING and denied else 0)
+    found = object_at(words, at, scene, where) if 0 < at < len(words) else None
+    if found is not None:
+        yield _Kept(found[2], i, found[1])
+        return
+    found = object_at(words, i + 1, scene, where) if t.text in _KEEPING | {"let"} and i + 1 < len(words) else None
+    if found is None:
+        return
+    _, stop, ids = found
+    after = [w.text for w in words[i + 2 : end]]
+    place = _place(words, stop, end, scene)[0] if stop < end else None
+    if t.text == "let":
+        k = stop
+        while k < end and words[k].text in _THERE:
+            k += 1
+        rest = [w.text for w in words[k : k + 2]]
+        if (rest[:1] == ["be"] and rest[1:] in ([], ["."], [","], ["!"])) or (
+            rest[:1] and rest[0] in _STANDING and not place
         ):
-            subject, start = _subject(words, i, begin, line, scene, where, pointed=False)
-            yield _Kept(subject, start, i + 3)
-        elif t.text in _TOUCHING and any(w.text in _NOT for w in words[max(begin, i - 3) : i]):
-            found = _object(words, i + 1, scene, where)
-            if found:
-                named = landmark(words, i + 1, scene)
-                yield _Kept(found, i, named.end if named is not None else i + 1)
-            elif t.text in {"move", "moves", "moved", "budge"}:
-                subject, start = _subject(words, i, begin, line, scene, where, pointed=False)
-                yield _Kept(subject, start, i + 1)
-        elif t.text in _REMOVED and _denied(words, begin, i, end):
-            subject, start = _subject(words, i, begin, line, scene, where, pointed=False)
-            yield _Kept(subject, start, i + 1)
-        elif t.text in _TOUCHED and (found := _nothing_on(words, begin, i, scene, where)):
-            yield _Kept(found, begin, i + 1)
-        elif t.text in {"leave", "leaves"} and any(w.text in _NOT for w in words[max(begin, i - 2) : i]):
-            place, stop = _place(words, i, end, scene)
-            subject, start = _subject(words, i, begin, line, scene, where, pointed=False)
-            if place is not None:
-                yield _Kept(subject, start, stop, place)
-        elif t.text in _KEEPING:
-            found = _object(words, i + 1, scene, where)
-            after = [w.text for w in words[i + 2 : end]]
-            place = _left_on(words, i + 1, end, scene)
-            there = place is not None and all(scene.within(where.get(o), place) for o in found)
-            if found and place is not None and there and "where" not in after:
-                yield _Kept(found, i, end, place)
-            elif found and ("where" in after or "alone" in after or "untouched" in after):
-                yield _Kept(found, i, end)
+            yield _Kept(ids, i, k)
+    elif place is not None and all(scene.within(where.get(o), place) for o in ids) and "where" not in after:
+        yield _Kept(ids, i, end, place)
+    elif {"where", "alone", "untouched", "be", "undisturbed", "put", "peace"} & set(after[stop - i - 2 :]):
+        yield _Kept(ids, i, end)
 
 
 def _denied(words: Sequence[Token], begin: int, i: int, end: int) -> bool:
@@ -169,7 +239,7 @@ def _nothing_on(
 
 def _place(words: Sequence[Token], at: int, end: int, scene: Scene) -> tuple[str | None, int]:
     """ "... in the sorting area", "... the bar" right behind a verb of staying or leaving."""
-    begin = at + 1 if at < end and words[at].text in _IN | {"leave", "leaves"} else at
+    begin = at + 1 if at < end and words[at].text in _IN | {"leave", "leaves", "leaving"} else at
     if begin == at:
         return None, at
     for length in range(min(5, end - begin), 0, -1):
@@ -177,68 +247,3 @@ def _place(words: Sequence[Token], at: int, end: int, scene: Scene) -> tuple[str
         if isinstance(found, Found) and len(found.ids) == 1 and not {ANYWHERE, ORIGIN} & set(found.ids):
             return found.ids[0], begin + length
     return None, at
-
-
-def _object(words: Sequence[Token], at: int, scene: Scene, where: dict[str, str | None]) -> tuple[str, ...]:
-    found = landmark(words, at, scene)
-    return _pointed(words, at, found.end, found.ids, scene, where) if found is not None else ()
-
-
-def _left_on(words: Sequence[Token], at: int, end: int, scene: Scene) -> str | None:
-    """ "Leave the red block in the sorting area": the place named right behind what is to be left."""
-    found = landmark(words, at, scene)
-    return _place(words, found.end, end, scene)[0] if found is not None and found.end < end else None
-
-
-def _subject(
-    words: Sequence[Token],
-    i: int,
-    begin: int,
-    line: str,
-    scene: Scene,
-    where: dict[str, str | None],
-    *,
-    pointed: bool,
-) -> tuple[tuple[str, ...], int]:
-    """What a verb of staying is said of: the last thing named before it in its clause, or what "it" stands for."""
-    spans = [(m.start, m.end, m.ids) for m in meant_objects(words[:i], line, scene)]
-    spans += [(m.start, m.end, (m.id,)) for m in mentions_in(words[:i], scene) if scene[m.id].movable]
-    spans.sort()
-    pronoun = next((k for k in range(i - 1, begin - 1, -1) if lexicon().is_(words[k].text, "pronouns")), None)
-    inside = [s for s in spans if s[0] >= begin]
-    last = inside[-1] if inside else None
-    between = {t.text for t in words[last[1] : i]} if last is not None else set[str]()
-    if between & _OTHERS or (pronoun is None and between & {"and", ","}):
-        return (), i
-    clause = max((k for k in range(begin, i) if words[k].text in {",", "and", "but"}), default=begin)
-    if last is not None and (last[0] >= clause or pronoun is None):
-        return _pointed(words, last[0], last[1], last[2], scene, where), last[0]
-    if pronoun is not None and not pointed and spans:
-        near = [s for s in spans if s[1] <= pronoun]
-        single = near[-1] if near else None
-        if single is not None:
-            return _pointed(words, single[0], single[1], single[2], scene, where), pronoun
-    return (), i
-
-
-def _pointed(
-    words: Sequence[Token], start: int, end: int, ids: Sequence[str], scene: Scene, where: dict[str, str | None]
-) -> tuple[str, ...]:
-    """Of several things that a phrase fits those that are "there": on the last place named before it."""
-    if len(ids) <= 1:
-        return tuple(ids)
-    if not any(t.text in {"there", "thats", "already"} for t in words[end : end + 5]):
-        return ()
-    places = [m.id for m in mentions_in(words[:start], scene) if not scene[m.id].movable]
-    places += [i for k in range(1, start) for i in _bare(words, k, scene)]
-    at = places[-1] if places else None
-    there = tuple(i for i in ids if at is not None and scene.within(where.get(i), at))
-    return there if len(there) == 1 else ()
-
-
-def _bare(words: Sequence[Token], k: int, scene: Scene) -> tuple[str, ...]:
-    """ "On 12": the one place with this number."""
-    if not words[k].digits or words[k - 1].text not in _ONTO:
-        return ()
-    found = tuple(p.id for p in scene.places if p.number == words[k].number)
-    return found if len(found) == 1 else ()

@@ -7,15 +7,19 @@ which the goals take one; a name with a number that the map does not have; a col
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, takewhile
+from itertools import pairwise
 
 from llmbt_atl.library import Library
+from llmbt_compiler.checking.beyond import beyond
+from llmbt_compiler.checking.choices import left_open
 from llmbt_compiler.checking.doubts import doubted
-from llmbt_compiler.checking.phrases import Meant, meant_objects, place_named
+from llmbt_compiler.checking.enough import not_enough
+from llmbt_compiler.checking.levels import levels_from
+from llmbt_compiler.checking.referring import Meant, meant_objects, place_named, told_apart
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
-from llmbt_compiler.checking.sides import beside, nothing_beyond, shifts, sideways
+from llmbt_compiler.checking.sides import beside, sideways
 from llmbt_compiler.checking.spots import meant_places
 from llmbt_compiler.parsing import Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
@@ -30,7 +34,7 @@ from llmbt_ir.diagnostics import Diagnostic, Severity
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["VERBS", "OpenPoint", "lacking", "left_open", "open_points"]
+__all__ = ["VERBS", "OpenPoint", "lacking", "open_points"]
 
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
@@ -45,23 +49,6 @@ _MUST = frozenset({"has", "must", "should", "goes", "belongs", "needs", "ought"}
 _ABOUT = frozenset({"that", "which", "you", "i", "we", "with", "one", "people", "everybody", "everyone", "they", "for"})
 _STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "lies", "lying", "sits", "sitting"})
 _AT = frozenset({"on", "in", "at"})
-_LEFT_OPEN = re.compile(
-    r"\b(?:your (?:own )?(?:discretion|choice|choosing|pick)|up to you|you (?:may |can |just )?(?:choose|pick|decide)"
-    r"|choose (?:for )?yourself|no (?:particular |special )?preference|whichever|whatever you"
-    r"|as (?:you (?:like|please|wish|prefer|see fit)|(?:it )?suits? you|(?:it )?pleases you)|take your pick"
-    r"|(?:makes?|making) no (?:odds|difference)|(?:all|one and) the same to|all one to me|i[’']?m easy"
-    r"|free (?:to choose|choice)|any of (?:the|those|these|my|our)\b"
-    r"|(?:doesn['’]?t|does not|won['’]?t|will not) (?:really )?(?:bother|trouble|worry)"
-    r"|surprise me|anything(?! else| from| on| in)|any (?:\w+ ){0,4}(?:will|would|is|are)|any of them"
-    r"|all the same|either of (?:\w+ ){1,6}(?:will|would|can|is|goes)"
-    r"|(?:am |['’]m )?not (?:fussy|fussed|bothered|picky)"
-    r"|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
-    r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)"
-    r"|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
-    r"(?P<what>(?:\W+\w+){0,3})",
-    re.IGNORECASE,
-)
-"""Says that any of them will do."""
 _CORRECTED = re.compile(
     r"\b(?:i meant?|scratch that|make (?:that|it)|no,? (?:sorry|wait|hang on|hold on)|sorry,? (?:no|not)|correction"
     r"|on second thoughts?|or rather|(?:strike|scrap|forget|ignore) that|changed my mind"
@@ -69,6 +56,8 @@ _CORRECTED = re.compile(
     re.IGNORECASE,
 )
 """Takes something back that was said before."""
+_DEFINITE = frozenset({"the", "that", "this", "my", "a", "another", "any"})
+_BUT = frozenset({"not", "except", "but", "excluding", "bar", "save"})
 _NOT = frozenset({"isnt", "arent", "wasnt", "werent", "doesnt", "dont", "didnt", "hasnt", "wont", "cant"})
 _TURNING = ("negation", "except", "instead", "conditional")
 _EXCEPTED = re.compile(
@@ -100,13 +89,14 @@ def open_points(
     words = tokens(line)
     return (
         *_misplaced(words, line, parsed, scene),
+        *_doubted(words, line, parsed.goals, scene),
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
-        *_beyond(words, line, parsed.goals, scene),
+        *map(OpenPoint, beyond(words, line, parsed.goals, scene)),
+        *_not_enough(words, line, scene),
         *_spots(words, line, parsed.goals, scene),
         *_pronouns(words, line, parsed.goals, scene),
         *_passed_over(words, line, parsed, scene, frozenset(mentioned_in(said, scene))),
         *_relations(words, line, parsed),
-        *_doubted(words, line, parsed.goals, scene),
     )
 
 
@@ -119,7 +109,8 @@ def lacking(request: str, semantic_map: SemanticMap, library: Library) -> OpenPo
     points = (
         *_misplaced(words, line, ParseResult(), scene),
         *_points(words, line, (), scene, frozenset()),
-        *_beyond(words, line, (), scene),
+        *map(OpenPoint, beyond(words, line, (), scene)),
+        *_not_enough(words, line, scene),
     )
     return next((p for p in points if p.diagnostic.code == "E142"), None)
 
@@ -135,9 +126,15 @@ def _passed_over(
     if _CORRECTED.search(request) is not None or _EXCEPTED.search(request) is not None:
         return
     landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
+    moved = {g.condition.args[0] for g in parsed.goals if g.condition.args}
+    told = [m for m in meant_objects(words, request, scene) if m.stop and moved & set(m.ids)]
+    landmarks |= {id(t) for m in told for t in words[m.start : m.stop]}  # "the green neighbour of the red block"
     about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
     about |= {i for m in parsed.moves for i in (m.target, m.place)}
+    chosen = any(t.text == "either" for t in words) or left_open(words, request, scene, movable=True)
     for start, end, ids in _mentions(words, scene):
+        if _aside(words, start) or (chosen and _alternative(words, start, end)):
+            continue
         if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
             named = request[words[start].start : words[end - 1].end]
             title = f"the request names `{named}`, and the reply passes over it"
@@ -145,6 +142,17 @@ def _passed_over(
                 Diagnostic("E143", title, span_of(words[start:end], request), "no goal is about it",
                            "say it again in other words, or leave it out", candidates=ids[:6])
             )  # fmt: skip
+
+
+def _alternative(words: Sequence[Token], start: int, end: int) -> bool:
+    """Whether an "or" stands right before or behind what is named."""
+    return "or" in {t.text for t in (*words[max(0, start - 2) : start], *words[end : end + 2])}
+
+
+def _aside(words: Sequence[Token], start: int) -> bool:
+    """Whether what is named is only compared with, or declined: "on the same level as the red one", "no coke"."""
+    before = [t.text for t in words[max(0, start - 3) : start] if not lexicon().is_(t.text, "articles")]
+    return before[-1:] in (["as"], ["no"], ["of"]) and (before[-1] != "of" or "level" in before)
 
 
 def _states(words: Sequence[Token]) -> bool:
@@ -191,7 +199,7 @@ def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Ite
 def _doubted(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """ "Up to 31. Or was it 33?": two of a kind, and the user does not know which."""
     about = {a for g in goals for a in g.condition.args}
-    for i, pair in doubted(words, request, scene):
+    for i, pair in doubted(words, scene):
         hit = {id_: [a for a in about if a == id_ or (not scene[id_].movable and scene.within(a, id_))] for id_ in pair}
         taken = [id_ for id_ in pair if hit[id_]]
         if len(taken) == 1:
@@ -245,7 +253,7 @@ def _points(
                 yield OpenPoint(_lacks(found, words[i : i + 2], request))
         if i in phrases:
             phrase = phrases[i]
-            fits = _not_there_yet(phrase, goals, scene)
+            fits = tuple(f for f in _not_there_yet(phrase, goals, scene) if f not in _left_out(words, phrases, phrase))
             fits = tuple(f for f in fits if f in among) if len(among & set(fits)) == 1 else fits
             taken = (moved & set(fits)) or (said & set(fits))
             told_closer = phrase.vague and any(
@@ -257,9 +265,10 @@ def _points(
                 yield OpenPoint(_too_few(words[i : phrase.end], request, phrase))
             elif (
                 (0 < len(taken) < len(fits) if phrase.vague else len(fits) > len(taken) == phrase.count)
-                and not (spoken_of & set(fits) or taken <= own)
+                and not (spoken_of & set(fits) or taken <= own or _told_later(phrase, phrases.values(), taken))
                 and not left_open(words, request, scene, movable=True)
                 and not _explained(words, phrase.end)
+                and not told_apart(words, i, phrase.end, taken, fits, scene)
             ):
                 told = _several(words[i : phrase.end], request, fits, sorted(taken))
                 yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
@@ -268,10 +277,33 @@ def _points(
         foreign = _foreign(words, i, scene)
         if foreign is not None and not _if(words, i) and not _vessel(words, i, moved, scene):
             yield OpenPoint(_lacks(foreign, words[i : i + 2], request))
-        if t.text in _HUES | scene.colours and _is_noun(words, i + 1, scene) and not _if(words, i):
-            found = resolve_objects(words[i : i + 2], scene, Talk())
+        stands = _is_noun(words, i + 1, scene) or _hue_alone(words, i)
+        if t.text in _HUES | scene.colours and stands and not _if(words, i):
+            parts = words[i : i + 1] if _hue_alone(words, i) else words[i : i + 2]
+            found = resolve_objects(parts, scene, Talk())
             if isinstance(found, Fault) and found.code == "E301" and not _vessel(words, i, moved, scene):
-                yield OpenPoint(_lacks(found, words[i : i + 2], request))
+                yield OpenPoint(_lacks(found, parts, request))
+
+
+def _left_out(words: Sequence[Token], phrases: Mapping[int, Meant], of: Meant) -> frozenset[str]:
+    """What the sentence takes out of a phrase: "a green block, only not the one in the middle"."""
+    _, stop = sentence_at(words, of.start)
+    out = frozenset[str]()
+    for k in range(of.end, stop):
+        phrase = phrases.get(k)
+        before = {t.text for t in words[max(of.end, k - 2) : k]}
+        if phrase is not None and len(phrase.ids) == 1 and before & _BUT:
+            out |= set(phrase.ids)
+    return out
+
+
+def _told_later(phrase: Meant, phrases: Iterable[Meant], taken: set[str]) -> bool:
+    """ "Red and green would look nice together. Put the red one next to the green one on level 1": told closer behind
+    it."""
+    closer = [
+        p.ids for p in phrases if p.start > phrase.start and len(p.ids) == p.count and set(p.ids) < set(phrase.ids)
+    ]
+    return bool(taken) and any(taken <= set(ids) for ids in closer)
 
 
 def _vessel(words: Sequence[Token], i: int, moved: set[str], scene: Scene) -> bool:
@@ -318,6 +350,9 @@ def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene:
         said = begin < len(words) and (words[begin].text == "from" or (begin > phrase.end and words[begin].text in _AT))
         said = said or _tells_where(words, begin, scene)
         place, stop = place_named(words, begin + 1, scene) if said else (None, begin)
+        opens = sentence_at(words, phrase.start)[0]
+        if place is None and opens < phrase.start and words[opens].text in {"from", "off"}:
+            place, stop = place_named(words, opens + 1, scene)[0], phrase.end  # "from level 2, the yellow block"
         if place is None or not phrase.ids:
             continue
         moved = {m.place for m in parsed.moves if m.target in phrase.ids}
@@ -376,51 +411,14 @@ def _is_noun(words: Sequence[Token], i: int, scene: Scene) -> bool:
     return bool(known) and known not in scene.colours and scene.understood(known, True)
 
 
+def _hue_alone(words: Sequence[Token], i: int) -> bool:
+    """ "The blue one", "that blue one": a colour that stands for a thing."""
+    after = words[i + 1].text if i + 1 < len(words) else ""
+    return i > 0 and words[i - 1].text in _DEFINITE and after in {"one", "ones"}
+
+
 def _if(words: Sequence[Token], i: int) -> bool:
     return any(lexicon().is_(t.text, "conditional") for t in words[:i])
-
-
-def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bool) -> bool:
-    """Whether the request says that any will do: any thing (`movable`), or any place."""
-    for i, t in enumerate(words[:-1]):
-        after = words[i + 1]
-        if after.number is not None and i + 2 < len(words):
-            after = words[i + 2]  # "any two of them"
-        if (
-            t.text == "any"
-            and (scene.word(after, movable).text or not after.word)
-            and not scene.word(after, not movable).text
-        ):
-            return True
-    for m in _LEFT_OPEN.finditer(request):
-        if movable and re.search(r"\bwhich one\b", m.group(0), re.IGNORECASE):
-            return True
-        said = [t.text for t in tokens(m.group(0)[: m.start("what") - m.start()])]
-        if said == ["whichever"] and re.search(r"\b(?:is|are) the \w+(?:est|most|er)\b", request[m.end() :]):
-            continue  # "whichever item on the table is the rightmost one"
-        of_places = "where" in said or bool(
-            said[:1] == ["any"] and {w for s in said for w in singulars(s)} & scene.generic(False)
-        )
-        of_places = of_places or any(
-            t.text in scene.generic(False) or t.text.removesuffix("s") in {"side", "end", "level", "slot", "spot"}
-            for t in takewhile(lambda t: t.text not in {"to", "onto", "into", "for", "on"}, tokens(m.group("what")))
-        )
-        of_places = of_places or _of_places_alone(request, m.start(), scene)
-        if of_places != movable or (not movable and not of_places):
-            return True
-    return False
-
-
-def _of_places_alone(request: str, at: int, scene: Scene) -> bool:
-    """Whether the sentence that leaves a choice open speaks of places and of no thing: "left of it or right of it, as
-    it suits you"."""
-    words = tokens(request)
-    begin, end = sentence_at(words, next((k for k, t in enumerate(words) if t.start >= at), len(words)))
-    said = words[begin:end]
-    things = any(t.text in scene.colours or scene.word(t, True).text for t in said)
-    places = scene.generic(False) | {"side", "end", "level", "slot", "spot", "position"}
-    sides = any(a.text in {"left", "right"} and b.text == "of" for a, b in pairwise(said))
-    return not things and (sides or any(t.text in places for t in said))
 
 
 def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
@@ -429,11 +427,16 @@ def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
         return
     placed = [g.condition.args for g in goals if g.condition.name == "On" and not g.condition.negated]
     about = tuple(dict.fromkeys(a[0] for a in placed))
+    where = {o.id: o.place for o in scene.map.objects}
     for phrase in meant_places(words, request, scene, about):
-        hit = {c: [a for a in placed if scene.within(a[1], c)] for c in phrase.ids}
+        begin, end = sentence_at(words, phrase.start)
+        way = levels_from(words[begin:end], where.get(about[0]), scene) if len(about) == 1 else ()
+        ids = tuple(i for i in phrase.ids if any(scene.within(i, level) for level in way))
+        ids = ids or phrase.ids
+        hit = {c: [a for a in placed if scene.within(a[1], c)] for c in ids}
         taken = [c for c, found in hit.items() if found]
-        if len(phrase.ids) > 1 and len(taken) == 1:
-            told = _several(words[phrase.start : phrase.end], request, phrase.ids, taken, "places")
+        if len(ids) > 1 and len(taken) == 1:
+            told = _several(words[phrase.start : phrase.end], request, ids, taken, "places")
             yield OpenPoint(told, hit[taken[0]][0][1] if len(hit[taken[0]]) == 1 else None)
     read = (*meant_places(words, request, scene, about), *meant_objects(words, request, scene))
     for phrase, place in (*beside(words, read, placed, scene), *sideways(words, placed, scene)):
@@ -441,21 +444,15 @@ def _spots(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
         yield OpenPoint(told, place)
 
 
-def _beyond(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
-    """ "Two slots to the left", where there is but one."""
-    where = {o.id: o.place for o in scene.map.objects}
-    moved = [o for g in goals if g.condition.name == "On" and (o := g.condition.args[0])]
-    for start, end, last in nothing_beyond(words, tuple(meant_objects(words, request, scene)), moved, scene):
-        said = request[words[start].start : words[end - 1].end]
-        title = f"the request names what is not there: `{said}` is no position, {last} is the last one"
-        yield OpenPoint(Diagnostic("E142", title, span_of(words[start:end], request), "beyond the end", "say another"))
-    here = where.get(moved[0]) if len(moved) == 1 else None
-    for shift in shifts(words) if here is not None else ():
-        if here is not None and shift.beyond(here, scene):
-            said = request[words[shift.start].start : words[shift.end - 1].end]
-            title = f"the request names what is not there: `{said}` of {here} is no position"
-            span = span_of(words[shift.start : shift.end], request)
-            yield OpenPoint(Diagnostic("E142", title, span, "beyond the end", "say another place"))
+def _not_enough(words: Sequence[Token], request: str, scene: Scene) -> Iterator[OpenPoint]:
+    """ "Another coke", where there is one."""
+    for far in not_enough(words, tuple(meant_objects(words, request, scene)), scene):
+        if _if(words, far.start):
+            continue
+        said = request[words[far.start].start : words[far.end - 1].end]
+        title = f"the request names what is not there: `{said}`, and {far.there}"
+        span = span_of(words[far.start : far.end], request)
+        yield OpenPoint(Diagnostic("E142", title, span, "not there", "say another", candidates=far.candidates))
 
 
 def _several(

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from llmbt_compiler.checking.phrases import Meant, landmark
+from llmbt_compiler.checking.referring import Meant, landmark
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.mentions import mentions_in
@@ -16,7 +16,7 @@ from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["Shift", "beside", "nothing_beyond", "shifts", "sideways"]
+__all__ = ["Shift", "beside", "nothing_beyond", "row_of", "shifts", "sideways"]
 
 _SIDES = frozenset({"left", "right", "leftmost", "rightmost", "front", "behind", "back", "either", "both", "each"})
 _STEPS = frozenset({"slot", "slots", "place", "places", "position", "positions", "spot", "spots", "space", "spaces",
@@ -35,17 +35,25 @@ class Shift:
 
     def of(self, place: str, scene: Scene) -> str | None:
         """The place that it leads to from `place`; None beyond the end, or where there is no row."""
-        row = _row(place, scene)
+        row = row_of(place, scene)
         at = row.index(place) + (self.count if self.side == "right" else -self.count) if place in row else -1
         return row[at] if 0 <= at < len(row) else None
 
     def beyond(self, place: str, scene: Scene) -> bool:
         """Whether it leads beyond the end of the row that a place is in."""
-        return place in _row(place, scene) and self.of(place, scene) is None
+        return place in row_of(place, scene) and self.of(place, scene) is None
 
 
 def shifts(words: Sequence[Token]) -> Iterator[Shift]:
     """Every phrase that counts places to the left or to the right of where something stands now."""
+    yield from _side_last(words)
+    for i, t in enumerate(words):  # "left by a slot"
+        by = [w.text for w in words[i + 1 : i + 2]] == ["by"] and i + 3 < len(words) and words[i + 3].text in _STEPS
+        if t.text in {"left", "right"} and by and _count(words[i + 2]):
+            yield Shift(i, i + 4, _count(words[i + 2]), t.text)
+
+
+def _side_last(words: Sequence[Token]) -> Iterator[Shift]:
     for i, t in enumerate(words[:-2]):
         count = int(t.number) if t.number is not None and t.number.isdecimal() else (1 if t.text in {"a", "an"} else 0)
         if not 0 < count < 20 or words[i + 1].text not in _STEPS:
@@ -58,7 +66,7 @@ def shifts(words: Sequence[Token]) -> Iterator[Shift]:
             yield Shift(i, k + 1, count, words[k].text)
 
 
-def _row(place: str, scene: Scene) -> tuple[str, ...]:
+def row_of(place: str, scene: Scene) -> tuple[str, ...]:
     """The positions beside a place, from the left to the right; none where it is in no row."""
     inner = next(iter(scene.map.containers(place)), None) if place else None
     if inner is None or not scene.single(place):
@@ -80,7 +88,7 @@ def beside(
         if relation.name != "next" or relation.owner or relation.start in read:
             continue
         mark = landmark(words, relation.end, scene)
-        rows = {m: r for m in (mark.ids if mark is not None else ()) if (r := _row(where.get(m) or "", scene))}
+        rows = {m: r for m in (mark.ids if mark is not None else ()) if (r := row_of(where.get(m) or "", scene))}
         if mark is None or len(rows) != 1 or any(a[0] in rows for a in placed):
             continue
         begin, end = sentence_at(words, relation.start)
@@ -105,17 +113,23 @@ def sideways(words: Sequence[Token], placed: Sequence[tuple[str, ...]], scene: S
         counted = next((k for k in range(i - 1, max(begin, i - 2), -1) if words[k].text in _STEPS), None)
         aside = t.text == "sideways" or [w.text for w in words[i - 1 : i + 1]] in (["the", "side"], ["one", "side"])
         ends = i + 1 == len(words) or not words[i + 1].word or words[i + 1].text in {"please", "and", "on"}
-        over = t.text in {"over", "along", "across"} and counted is not None and ends
+        over = t.text in {"over", "along", "across"} and ((counted is not None and ends) or _by_one(words, i))
         by = t.text in _STEPS and i - 2 >= begin and words[i - 2].text == "by" and _count(words[i - 1]) and ends
         if not (aside or over or by) or set(said) & (_SIDES | {"up", "down", "sideways"} - {t.text}):
             continue
         count = next((int(n) for a, b in pairwise(words[begin:end]) if b.text in _STEPS and (n := _count(a))), 1)
         for one, place in ((a[0], a[1]) for a in placed):
-            row = _row(where.get(one) or "", scene)
+            row = row_of(where.get(one) or "", scene)
             at = row.index(where[one] or "") if row else 0
             sides = tuple(p for p in row if abs(row.index(p) - at) == count and p not in where.values())
             if len(sides) > 1 and place in sides:
                 yield Meant(i, i + 1, tuple(sorted(sides, key=natural))), place
+
+
+def _by_one(words: Sequence[Token], i: int) -> bool:
+    """ "Over by one", and nothing behind it."""
+    after = words[i + 1 : i + 4]
+    return [t.text for t in after[:2]] == ["by", "one"] and (len(after) < 3 or not after[2].word)
 
 
 def _count(t: Token) -> int:
@@ -138,7 +152,7 @@ def nothing_beyond(
         if len(ids) != 1 or ids[0] in moved:
             continue
         place = ids[0] if not scene[ids[0]].movable else where.get(ids[0]) or ""
-        row = _row(place, scene)
+        row = row_of(place, scene)
         stop = relation.end + named.end if named is not None else mark.end if mark is not None else relation.end
         if row and place == row[0 if relation.name == "left" else -1]:
             yield relation.start, stop, place

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from llmbt_compiler.checking.phrases import Meant, landmark
+from llmbt_compiler.checking.referring import Meant, landmark
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
@@ -73,6 +73,11 @@ def meant_places(words: Sequence[Token], line: str, scene: Scene, about: Sequenc
     for i in range(len(words)):
         if i < at:
             continue
+        extreme = _extreme(words, i, line, scene, where)
+        if extreme is not None:
+            yield extreme
+            at = extreme.stop
+            continue
         read = _read(words, i, scene)
         ids = _fits(read, words, line, scene, where, about) if read is not None else ()
         if read is not None and ids:
@@ -85,6 +90,9 @@ def meant_places(words: Sequence[Token], line: str, scene: Scene, about: Sequenc
 
 def _read(words: Sequence[Token], i: int, scene: Scene) -> _Read | None:
     bare = _ranks(words[i]) or _bare_side(words, i)
+    other = _other_one(words, i, scene)
+    if other:
+        return _Read(i, i + 3, i + 3, other, other=True)
     begins = words[i].text in _POINTING or bare or _an_end(words, i)
     end = _head(words, i if bare else i + 1, scene) if begins else 0
     if not end or [t.text for t in words[max(0, i - 1) : i + 2]] == ["in", "the", "end"]:
@@ -106,6 +114,40 @@ def _read(words: Sequence[Token], i: int, scene: Scene) -> _Read | None:
     if read.rank is not None and read.rank.stop > end:
         read = replace(read, end=read.rank.stop, stop=read.rank.stop)
     return _after(read, words, scene)
+
+
+def _other_one(words: Sequence[Token], i: int, scene: Scene) -> tuple[str, ...]:
+    """ "(Red is on the wrong level, put it on) the other one": the places of the kind that was spoken of last."""
+    if [t.text for t in words[i : i + 3]] != ["the", "other", "one"] or i < 3:
+        return ()
+    right = [t.text for t in words[i + 3 : i + 5]] in (["is", "right"], ["is", "correct"])
+    if words[i - 1].text not in {"on", "to", "onto", "into", "in"} and not right:
+        return ()
+    noun = next((k for k in range(i - 1, -1, -1) if _noun(words[k], scene) and k + 1 < len(words)), None)
+    if noun is None or words[noun + 1].number is not None or words[noun].text in _ENDS | _SURFACES | _HOLES:
+        return ()
+    return _pool(words[noun], scene)
+
+
+def _extreme(words: Sequence[Token], i: int, line: str, scene: Scene, where: dict[str, str | None]) -> Meant | None:
+    """ "All the way to the left", "as far right as possible": the end of each row, or of the level that is named."""
+    said = [t.text for t in words[i : i + 8]]
+    way = said[:3] == ["all", "the", "way"] and set(said[3:5]) <= {"to", "the", "over", "on", "at"}
+    far = said[:2] == ["as", "far"] and "as" in said[2:6] and bool({"possible", "can", "will", "goes"} & set(said[3:]))
+    side = next((k for k, w in enumerate(said[2:6], 2) if w in {"left", "right"}), None) if way or far else None
+    if side is None or said[side + 1 : side + 2] in (["of"], ["hand"]):
+        return None
+    stop = i + side + 1
+    while far and stop < len(words) and words[stop].text in {"as", "possible", "it", "you", "can", "will", "goes"}:
+        stop += 1
+    pool = tuple(p.id for p in scene.places if scene.single(p.id) and not p.person)
+    read = _Read(i, stop, stop, pool)
+    level = _named_level(read, words, scene)
+    if level == ANYWHERE:
+        return None
+    pool = tuple(p for p in pool if level is None or scene.within(p, level))
+    ends = World(scene, Ledger(dict(where)), where, Talk(where), line).ends(pool, said[side], 1)
+    return Meant(i, stop, ends, stop=stop) if ends else None
 
 
 def _an_end(words: Sequence[Token], i: int) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.scene import Scene
@@ -27,8 +28,16 @@ _FELT = frozenset({
 })  # fmt: skip
 _MEMORY = frozenset({
     "yesterday", "always", "usually", "told", "asked", "mentioned", "earlier", "promised", "ordered", "wanted",
-    "discussed", "recommended", "like", "love", "prefer", "agreed", "week", "month", "morning", "said",
+    "discussed", "recommended", "like", "love", "prefer", "agreed", "week", "month", "morning", "said", "left",
+    "forgot", "forgotten", "bought", "brought", "got", "had", "saw", "used", "found", "lent", "borrowed", "dropped",
+    "put", "gave", "showed", "shown", "talked", "talking", "spoke", "speaking", "thinking", "thought", "complained",
+    "praised", "noticed", "liked", "loved", "picked", "chose", "hid", "meant", "mean", "needed", "received",
+    "selected", "started", "paid", "stole", "won", "made", "lost", "misplaced", "mislaid", "sent", "treated", "ago",
+    "tonight", "last", "today",
 })  # fmt: skip
+_ABOUT = frozenset({"lying", "standing", "sitting", "about", "around", "somewhere"})
+"""How a thing is left, and not where: "that I left lying about"."""
+_WHO = frozenset({"i", "we", "she", "he", "they", "you", "somebody", "someone"})
 _OPENING = frozenset({"that", "which", "who", "whose", "with", "you", "i", "we", "she", "he", "they", "nobody", "for"})
 _SIDES = frozenset({
     "left", "right", "front", "back", "rear", "middle", "top", "bottom", "end", "corner", "edge", "above", "below",
@@ -63,8 +72,10 @@ def uncheckable(words: Sequence[Token], at: int, scene: Scene, *, opened: bool =
     stop = at + 1
     while stop < min(len(words), at + _LONGEST) and words[stop].text not in _STOPS and not _leads(words, stop, scene):
         stop += 1
-    clause = words[at:stop]
+    clause = [t for t in words[at:stop] if t.text not in _ABOUT]
     said = {t.text for t in clause[1:]}
+    if any(a.text in _WHO and b.text == "left" for a, b in pairwise(clause)):
+        said = said - {"left"} | {"forgot"}  # "that I left lying about"
     if len(clause) < 3 - opened or said & _SIDES or relations(clause) or any(_checked(t, scene) for t in clause[1:]):
         return False
     if words[at].text == "for" or opened:
@@ -93,6 +104,8 @@ def _leads(words: Sequence[Token], at: int, scene: Scene) -> bool:
     if not lexicon().is_(words[at].text, "at") or at + 1 >= len(words):
         return False
     k = at + 1 + int(lexicon().is_(words[at + 1].text, "articles"))
+    while k + 1 < len(words) and (words[k].text in _SIDES or words[k].text in lexicon().ordinals):
+        k += 1
     return k < len(words) and (words[k].digits or bool(scene.word(words[k], False).text))
 
 

@@ -11,8 +11,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from llmbt_atl.library import Library
-from llmbt_compiler.checking.phrases import MASS, meant_objects
-from llmbt_compiler.checking.request import OpenPoint, left_open
+from llmbt_compiler.checking.choices import left_open
+from llmbt_compiler.checking.referring import MASS, meant_objects, told_apart
+from llmbt_compiler.checking.request import OpenPoint
 from llmbt_compiler.checking.sentences import one_line
 from llmbt_compiler.parsing import Goal, LabelledStep, ParseResult, parse
 from llmbt_compiler.parsing.scene import Scene
@@ -53,7 +54,11 @@ def witnessed(
         taken = sorted(moved & set(fault.candidates))
         if fault.code != "E304" or not fault.title.endswith("things") or not 0 < len(taken) < len(fault.candidates):
             continue
-        if _goes_on(fault, sentence) or left_open(words, line, scene, movable=True):
+        if (
+            _goes_on(fault, sentence)
+            or _apart(fault, sentence, taken, scene)
+            or left_open(words, line, scene, movable=True)
+        ):
             continue
         if any(set(p.ids) < set(fault.candidates) and len(p.ids) <= len(taken) for p in phrases):
             continue  # "the green block on the shelf": its place tells
@@ -72,6 +77,16 @@ def _goes_on(fault: Diagnostic, sentence: str) -> bool:
     last = max((t for t in parts if t.start < fault.span.end_column - 1), key=lambda t: t.start, default=None)
     pair = last is not None and last.text in lexicon().sizes
     return after in _MORE or bool(inside & (MASS | {"other"})) or pair
+
+
+def _apart(fault: Diagnostic, sentence: str, taken: Sequence[str], scene: Scene) -> bool:
+    """Whether what the goals take is told apart from the rest by what stands around the words complained of."""
+    if fault.span is None:
+        return False
+    parts = tokens(sentence)
+    start = sum(t.end <= fault.span.column - 1 for t in parts)
+    end = sum(t.start < fault.span.end_column - 1 for t in parts)
+    return told_apart(parts, start, end, taken, fault.candidates, scene)
 
 
 def _told(fault: Diagnostic, code: str, title: str, sentence: str) -> Diagnostic:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
 
@@ -97,12 +98,19 @@ def tagger_names() -> tuple[str, ...]:
 def load_tagger(name: str = "default", folder: Path = MODEL) -> Tagger:
     """A tagger by name, on the shipped weights or those of another folder (what `train` writes).
 
-    A path in place of the name is such a folder. Raises UnknownTaggerError, WeightsError, OSError.
+    A path in place of the name is such a folder. The weights are read once in a process, as long as their file stays
+    what it was. Raises UnknownTaggerError, WeightsError, OSError.
     """
     if name not in _TAGGERS:
         if not (Path(name) / "weights.safetensors").is_file():
             raise UnknownTaggerError(f"unknown tagger `{name}`; there are {', '.join(_TAGGERS)}, or a trained folder")
         name, folder = "default", Path(name)
+    weights = Path(folder) / "weights.safetensors"
+    return _loaded(name, Path(folder), weights.stat().st_mtime_ns if weights.exists() else 0)
+
+
+@lru_cache(maxsize=2)
+def _loaded(name: str, folder: Path, _written_ns: int) -> Tagger:
     return _TAGGERS[name](folder)
 
 

@@ -19,6 +19,7 @@ __all__ = ["explanation", "without"]
 _LONGEST = 25
 _RELATIVE = frozenset({"which", "that", "who"})
 _BEING = frozenset({"is", "are", "was", "stands", "lies", "sits", "happens", "currently"})
+_FURTHER = frozenset({"further", "farther", "nearer", "closer", "deeper"})
 _END = frozenset({",", ".", ";", ":", "(", ")", "!", "?"})
 _NOT = ("negation", "except", "instead", "conditional")
 
@@ -61,14 +62,16 @@ def explanation(step: LabelledStep, scene: Scene) -> Extent | None:
 
 
 def without(step: LabelledStep, extent: Extent) -> LabelledStep:
-    """A step with blanks in place of some of its words, so that every offset stays, and without their keywords."""
+    """A step with blanks in place of some of its words, so that every offset stays, and without their keywords;
+    what is left is as sure as its own."""
     text = step.text[: extent.start] + " " * (extent.end - extent.start) + step.text[extent.end :]
 
     def clear(start: int, end: int) -> bool:
         return end <= extent.start or extent.end <= start
 
     kept = tuple(s for s in step.spans if clear(s.start, s.end))
-    return replace(step, text=text, spans=kept, readings=())
+    sure = min((s.confidence for s in kept if s.confidence is not None), default=step.confidence)
+    return replace(step, text=text, spans=kept, readings=(), confidence=sure)
 
 
 def _named_before(line: Sequence[Token], i: int, scene: Scene) -> str | None:
@@ -133,11 +136,14 @@ def _a_rank(line: Sequence[Token], begin: int, end: int, actions: set[int]) -> b
 
 
 def _a_relation(line: Sequence[Token], begin: int, end: int, actions: set[int]) -> int:
-    """Where the relation begins in ", the carton next to the water", said about the thing named before; 0: in none."""
+    """Where the relation begins in ", the carton next to the water", ", the one further to the front", said about the
+    thing named before; 0: in none."""
     alone = end == len(line) or line[end].text != "," or any(t.start in actions for t in line[end + 1 : end + 3])
     if not alone or not lexicon().is_(line[begin].text, "articles") or any(t.text == "and" for t in line[begin:end]):
         return 0
-    return next((begin + r.start for r in relations(line[begin:end]) if r.start < 5), 0)
+    starts = [r.start for r in relations(line[begin:end])]
+    starts += [k for k, t in enumerate(line[begin:end]) if t.text in _FURTHER]
+    return next((begin + k for k in sorted(starts) if 0 < k < 5), 0)
 
 
 def _end(line: Sequence[Token], begin: int, actions: set[int]) -> int:

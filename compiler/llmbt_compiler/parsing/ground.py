@@ -23,7 +23,6 @@ from llmbt_ir.diagnostics import Diagnostic, Severity, Span
 __all__ = ["Grounding", "Open", "Stop"]
 
 _LONG = 2000
-_POINTING = ("pronouns", "plural_pronouns")
 _VAGUE = frozenset({"position", "spot", "place", "location", "it", "stands", "is"})
 
 

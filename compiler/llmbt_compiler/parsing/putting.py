@@ -70,6 +70,8 @@ class Putting(Resolving):
     ) -> None:
         """Each object to its place: all to one, or in pairs."""
         extent = extent or clause.extent
+        if len(set(places)) == 1:
+            places = places[:1]  # "the leftmost position of level 2, position 21"
         if len(ids) == 1 and len(places) > 1:
             title = f"{ids[0]} would be in {len(places)} places: {' and '.join(places[:6])}"
             self.complain("E343", title, extent, "one thing is in one place", "name one of them")

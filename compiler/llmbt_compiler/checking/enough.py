@@ -1,0 +1,76 @@
+"""What a request asks for a second time and the map has once ("another coke"), and a gap between two positions that
+touch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from llmbt_compiler.checking.referring import Meant
+from llmbt_compiler.checking.sentences import sentence_at
+from llmbt_compiler.parsing.mentions import mentions_in
+from llmbt_compiler.parsing.scene import Scene, natural
+from llmbt_compiler.parsing.space.expressions import relations
+from llmbt_compiler.parsing.words import Token
+
+__all__ = ["Lacking", "not_enough"]
+
+_AGAIN = frozenset({"another", "second", "further", "additional", "extra"})
+_MARKS = frozenset({",", ";", "and"})
+
+
+@dataclass(frozen=True, slots=True)
+class Lacking:
+    """words[start:end] count what is not there, and what there is instead."""
+
+    start: int
+    end: int
+    there: str
+    candidates: tuple[str, ...] = ()
+
+
+def not_enough(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -> Iterator[Lacking]:
+    """Every phrase that asks for one more of a thing than there are, or for a place where there is none."""
+    yield from _another(words, phrases, scene)
+    yield from _no_gap(words, scene)
+
+
+def _row_of(place: str, scene: Scene) -> tuple[str, ...]:
+    return tuple(scene.map.containers(place))[:1]
+
+
+def _another(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -> Iterator[Lacking]:
+    """ "One coke for me and another one for Paul", "one milk here and one milk there", where there is one."""
+    named = {m.start: (m.end, (m.id,)) for m in mentions_in(words, scene) if scene[m.id].movable}
+    named |= {p.start: (max(p.end, 1), p.ids) for p in phrases if len(p.ids) == 1}
+    spans = sorted((start, end, ids) for start, (end, ids) in named.items())
+    for start, end, ids in spans:
+        thing = scene[ids[0]]
+        if thing.number is not None and any(words[k].number == thing.number for k in range(start, end)):
+            continue
+        begin, stop = sentence_at(words, start)
+        noun = words[end - 1].text
+        counted = start > begin and words[start - 1].text in {"one", "a"}
+        for k in range(end, stop):
+            after = words[k + 1].text if k + 1 < stop else ""
+            more = words[k].text in _AGAIN and after in {"one", noun}
+            twice = counted and words[k].text == "one" and after == noun and noun not in {"one", "block"}
+            if (more or twice) and any(w.text in _MARKS for w in words[end:k]):
+                yield Lacking(k, min(k + 2, stop), f"there is only {ids[0]}", ids)
+                return
+
+
+def _no_gap(words: Sequence[Token], scene: Scene) -> Iterator[Lacking]:
+    """ "Between positions 13 and 14", which are next to each other."""
+    named = mentions_in(words, scene)
+    for relation in relations(words):
+        if relation.name != "between":
+            continue
+        at = [m for m in named if relation.end <= m.start <= relation.end + 5][:2]
+        if len(at) != 2 or any(scene[m.id].movable or not scene.single(m.id) for m in at):
+            continue
+        inner = _row_of(at[0].id, scene)
+        row = sorted((p.id for p in scene.map.inside(inner[0])), key=natural) if inner else []
+        a, b = (row.index(m.id) if m.id in row else -9 for m in at)
+        if a >= 0 and b >= 0 and abs(a - b) == 1:
+            yield Lacking(relation.start, at[1].end, f"{at[0].id} and {at[1].id} are next to each other")
