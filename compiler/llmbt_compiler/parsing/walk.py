@@ -22,6 +22,7 @@ from llmbt_compiler.parsing.frames import among
 from llmbt_compiler.parsing.gist import gist
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.headings import headed
+from llmbt_compiler.parsing.identified import identified
 from llmbt_compiler.parsing.lacking import lacking
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.mentions import mentioned_in
@@ -135,7 +136,7 @@ class _Walker(Ordering):
         step = named
         before, acts, stood = self.errors(), self.ledger.acts, self.ledger.standing()
         kept = self.fork()
-        walker = self.explained(step)
+        walker = self.identified(step)
         if walker.errors() <= before and (walker.ledger.acts > acts or walker.ledger.standing()[:3] != stood[:3]):
             return walker
         told = {d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR}
@@ -168,6 +169,17 @@ class _Walker(Ordering):
         for settle in (compared, stepped):
             found = settle(found, self.scene, self.talk()) if not isinstance(found, Fault) else found
         return found
+
+    def identified(self, step: LabelledStep) -> _Walker:
+        """The walker after a step; where a description fits several things and their name follows, the name counts."""
+        before, kept = self.errors(), self.fork()
+        walker = self.explained(step)
+        told = [d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR]
+        plain = identified(step, self.scene) if {"E304", "E314"} & set(told) and len(step.text) <= _LONGEST else None
+        if plain is None:
+            return walker
+        other = kept.read(plain)
+        return other if other.errors() <= before else walker
 
     def explained(self, step: LabelledStep) -> _Walker:
         """The walker after a step. Where it is not understood, what it adds to a name that is clear without it is
