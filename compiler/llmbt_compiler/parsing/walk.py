@@ -151,6 +151,17 @@ class _Walker(Ordering):
         other.note(NoteKind.CORRECTED, f"read as `{plain.text}`", Extent(0, len(step.text)))
         return other
 
+    def identified(self, step: LabelledStep) -> _Walker:
+        """The walker after a step; where a description fits several things and their name follows, the name counts."""
+        before, kept = self.errors(), self.fork()
+        walker = self.explained(step)
+        told = [d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR]
+        plain = identified(step, self.scene) if {"E304", "E314"} & set(told) and len(step.text) <= _LONGEST else None
+        if plain is None:
+            return walker
+        other = kept.read(plain)
+        return other if other.errors() <= before else walker
+
     def corrected(self, step: LabelledStep, earlier: frozenset[str]) -> None:
         """Complain of a step that takes back what one before it ordered, and is no order to put the same thing
         elsewhere. `earlier`: the things that something had been done with."""
@@ -169,17 +180,6 @@ class _Walker(Ordering):
         for settle in (compared, stepped):
             found = settle(found, self.scene, self.talk()) if not isinstance(found, Fault) else found
         return found
-
-    def identified(self, step: LabelledStep) -> _Walker:
-        """The walker after a step; where a description fits several things and their name follows, the name counts."""
-        before, kept = self.errors(), self.fork()
-        walker = self.explained(step)
-        told = [d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR]
-        plain = identified(step, self.scene) if {"E304", "E314"} & set(told) and len(step.text) <= _LONGEST else None
-        if plain is None:
-            return walker
-        other = kept.read(plain)
-        return other if other.errors() <= before else walker
 
     def explained(self, step: LabelledStep) -> _Walker:
         """The walker after a step. Where it is not understood, what it adds to a name that is clear without it is
