@@ -64,7 +64,8 @@ def offered(text: str, scene: Scene) -> tuple[tuple[str, ...], bool | None]:
     fits = _fitting(question)
     own = [m for m in pool if m not in _telling(question)]
     among = [m for m in own if m.id in fits]
-    for found in (_either_or(question, own), among, own, pool):
+    offers = _either_or(question, own)
+    for found in ([m for m in offers if m in among], among, own, pool):
         if len({m.id for m in found}) > 1:
             return tuple(dict.fromkeys(m.id for m in found)), movable
     numbers = _numbers(question, movable)

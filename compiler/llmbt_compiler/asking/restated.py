@@ -19,6 +19,7 @@ from llmbt_ir.semantic_map import SemanticMap
 __all__ = ["restated"]
 
 _AT = frozenset({"on", "in", "at", "to", "onto", "into"})
+_ASKED = frozenset({"should", "shall", "must", "put", "place", "move", "does", "do"})
 _FETCHING = frozenset({"bring", "fetch", "get", "give", "hand", "pass", "want", "like", "have", "gimme", "need"})
 
 
@@ -61,9 +62,16 @@ def restated(
         if len(named) == 1 and not known:
             yield f"Put {names} on {named[0].replace('_', ' ')}."
         return
-    moved = _moved(words, objects, places, scene)
-    if len(ids) == 1 and len(moved) == 1:
-        yield f"Put {moved[0].replace('_', ' ')} on {names}."
+    for moved in (_moved(words, objects, places, scene), _asked_about(asked.text, scene)):
+        if len(ids) == 1 and len(moved) == 1:
+            yield f"Put {moved[0].replace('_', ' ')} on {names}."
+
+
+def _asked_about(question: str, scene: Scene) -> tuple[str, ...]:
+    """What a question wants a place for: "on which side of object 1 should object 5 go?"."""
+    words = tokens(question)
+    named = [m for m in mentions_in(words, scene) if scene[m.id].movable]
+    return tuple(dict.fromkeys(m.id for m in named if m.start and words[m.start - 1].text in _ASKED))
 
 
 def _lacks_preposition(words: Sequence[Token], phrase: Meant, scene: Scene) -> bool:

@@ -74,8 +74,9 @@ def _full(
     moved = {g.condition.args[0] for g in goals if g.condition.name == "On"}
     for phrase in (*phrases, *_everything(words, scene)):
         end = next((k for k in range(phrase.end, len(words)) if words[k].text in ENDS), len(words))
-        to = next((k for k in range(phrase.end, end) if words[k].text in _ONTO), None)
-        place, stop = place_named(words, to + 1, scene) if to is not None else (None, end)
+        first = max(phrase.end, phrase.stop)
+        onto = (place_named(words, k + 1, scene) for k in range(first, end) if words[k].text in _ONTO)
+        place, stop = next(((p, e) for p, e in onto if p is not None), (None, end))
         if phrase.count < 2 or place is None or "and" in [t.text for t in words[stop:end]]:
             continue
         slots = [p.id for p in scene.map.inside(place) if scene.single(p.id)]
@@ -94,9 +95,9 @@ def _everything(words: Sequence[Token], scene: Scene) -> Iterator[Meant]:
         said = {w.text for w in words[begin:end]}
         if said & _EXCEPTING or lexicon().function["negation"] & said - {"no"}:
             continue
-        if t.text in _ALL:
+        if t.text in _ALL and not (i and words[i - 1].text in {"of", "them", "they", "are", "at"}):
             yield from _all(words, i, end, scene)
-        if t.text != "everything":
+        if t.text != "everything" or {w.text for w in words[i + 1 : i + 5]} & {"there", "here", "else"}:
             continue
         there = i + 1 < end and words[i + 1].text in {"from", "on", "in", "off", "thats"}
         place, stop = place_named(words, i + 2, scene) if there else (None, i + 1)

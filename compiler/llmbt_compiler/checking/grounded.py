@@ -100,6 +100,12 @@ class _Request:
         )
 
     @property
+    def in_mind(self) -> bool:
+        """ "I've got a spot on the shelf in mind for it": one that the user knows alone."""
+        texts = [t.text for t in self.words]
+        return ["in", "mind"] in [texts[k : k + 2] for k in range(len(texts))]
+
+    @property
     def exchanges(self) -> bool:
         named = any(self.scene.word(t, True).text for t in self.words) or any(self.scene[i].movable for i in self.named)
         return bool(self.texts & (_EXCHANGE | lexicon().verbs["exchange"])) and (named or "where" not in self.texts)
@@ -177,6 +183,8 @@ def _place(said: _Request, thing: str, place: str, wanted: bool) -> bool:
         return True
     around = {place, *scene.map.containers(place), *(p.id for p in scene.map.inside(place))}
     there = [o.id for o in scene.map.objects if o.place in around and o.id != thing]
+    if said.in_mind and place not in said.named:
+        return False
     if around & said.named or any(said.counted(p) for p in (place, *scene.map.containers(place))):
         return True
     if said.remembered:

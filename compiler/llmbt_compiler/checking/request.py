@@ -218,6 +218,8 @@ def _doubted(words: Sequence[Token], request: str, goals: Sequence[Goal], scene:
     """ "Up to 31. Or was it 33?": two of a kind, and the user does not know which."""
     about = {a for g in goals for a in g.condition.args}
     for i, pair in doubted(words, scene):
+        if left_open(words, request, scene, movable=scene[pair[0]].movable):
+            continue  # "chocolate or cookies, you choose"
         hit = {id_: [a for a in about if a == id_ or (not scene[id_].movable and scene.within(a, id_))] for id_ in pair}
         taken = [id_ for id_ in pair if hit[id_]]
         if len(taken) == 1:
@@ -285,6 +287,7 @@ def _points(
                 (0 < len(taken) < len(fits) if phrase.vague else len(fits) > len(taken) == phrase.count)
                 and not (spoken_of & set(fits) or taken <= own or _told_later(phrase, phrases.values(), taken))
                 and not left_open(words, request, scene, movable=True)
+                and not (i and words[i - 1].text in _BUT)
                 and not _explained(words, phrase.end)
                 and not told_apart(words, i, phrase.end, taken, fits, scene)
             ):

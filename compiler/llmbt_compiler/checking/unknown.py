@@ -32,7 +32,7 @@ _SORTS = frozenset({
     "system", "scene", "world", "map", "arrangement", "layout", "instruction", "request", "plan", "job", "task",
     "thirst", "hunger", "appetite", "mood", "day", "morning", "evening", "night", "one", "ones", "fella", "guy",
     "bit", "part", "share", "choice", "selection", "option", "preference", "nothing", "none", "neighbour", "neighbor",
-    "number", "letter", "name", "label", "discretion", "judgement", "convenience", "leisure",
+    "number", "letter", "name", "label", "discretion", "pick", "call", "judgement", "convenience", "leisure",
 })  # fmt: skip
 _TURNING = ("negation", "except", "instead", "conditional")
 _FETCHING = frozenset({"me", "us", "bring", "fetch", "get", "grab", "want"})

@@ -13,7 +13,7 @@ from llmbt_compiler.parsing.names import exactly_named
 from llmbt_compiler.parsing.scene import Entity, Scene
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["done_before", "in_passing", "mentioned", "mentions", "restrictions", "unread"]
+__all__ = ["done_before", "goes_unread", "in_passing", "mentioned", "mentions", "restrictions", "unread"]
 
 _MARKS = frozenset({",", ".", ";", ":"})
 _RESTRICTION = re.compile(
@@ -23,6 +23,7 @@ _RESTRICTION = re.compile(
 )
 _PASSING = frozenset({"past", "via", "across", "along", "beyond"})
 _GREETING = frozenset({"thank", "greet", "welcome"})
+_RANKS = frozenset({"middle", "leftmost", "rightmost", "central"})
 _ASIDE = ("subordinate", "negation", "stative")
 
 
@@ -66,6 +67,24 @@ def unread(step: LabelledStep, scene: Scene, used: Sequence[Extent]) -> tuple[Ex
         if _free(step, first, last) and not known and not aside:
             found.append(extent)
     return tuple(sorted(found))
+
+
+_SAID_TO_GO = re.compile(
+    r"\b(?:it|they)\s+(?:(?:should|must|shall|can|will|has\s+to|have\s+to|needs?\s+to|is\s+to)\s+)?(?:then\s+|now\s+)?(?:goes|go|belongs?|comes?)\s+"
+    r"(?:(?:back|up|down|over)\s+)?(?:on|onto|to|into|in)\s+(?P<place>(?:the\s+)?\w+(?:\s+\d+)?)\b",
+    re.IGNORECASE,
+)
+
+
+def goes_unread(step: LabelledStep, scene: Scene) -> Iterator[Extent]:
+    """Where a step says of a thing, in no keywords, that it goes to a place: "..., and it goes to 34"."""
+    for m in _SAID_TO_GO.finditer(step.text):
+        if any(s.start < m.end() and m.start() < s.end for s in step.spans):
+            continue
+        parts = tokens(step.text, *m.span("place"))
+        numbers = {e.number for e in scene.places}
+        if exactly_named(parts, scene.places) or parts[-1].number in numbers - {None}:
+            yield Extent(*m.span())
 
 
 def _waiting(parts: Sequence[Token], first: Token, last: Token, scene: Scene) -> bool:
@@ -113,8 +132,12 @@ def _described(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, To
         if t.text in {"ones", "former", "latter"} or t.text in scene.colours:
             yield t, t
     for a, b in pairwise(parts):
+        if a.text in {"far", "very"} and b.text in {"left", "right"}:
+            yield a, b
         place = b.text in scene.generic(False) or b.text in scene.vocabulary(False)
-        if (a.word and a.text in scene.generic(False) and b.digits) or (place and a.text in lex.ordinals):
+        if (a.word and a.text in scene.generic(False) and b.digits) or (
+            place and a.text in lex.ordinals.keys() | _RANKS
+        ):
             yield a, b
 
 
@@ -139,4 +162,6 @@ def in_passing(
     by = next((t.text for t in reversed(before) if not lex.is_(t.text, "articles")), "")
     if by in _PASSING or (not ends and by in _GREETING):
         return True
-    return (narrowing and inner and not marks) or told or any(lex.is_(t.text, *_ASIDE) for t in before)
+    later = [i for i, (a, b) in enumerate(pairwise(before)) if a.text == "after" and b.text in {"that", "this"}]
+    aside = any(lex.is_(t.text, *_ASIDE) for t in (before[later[-1] + 2 :] if later else before))  # "after that, ..."
+    return (narrowing and inner and not marks) or told or aside

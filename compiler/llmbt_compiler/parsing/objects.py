@@ -303,6 +303,8 @@ def _one_of(d: Description, said: str, talk: Talk) -> Found | Fault:
 def _quantified(d: Description, base: list[str], said: str, scene: Scene, talk: Talk, picking: bool) -> Found | Fault:
     """So many of `base` as the phrase says."""
     wanted = 2 if d.both else d.count
+    if d.total is not None and not d.size and d.total != len(base):
+        return _exactly(replace(d, count=d.total), base, d.total, said)
     if d.rest:
         left = [i for i in base if i in talk.pending]  # picked up together, and not put down yet
         base = left if left and d.bare else [i for i in base if i not in talk.handled]

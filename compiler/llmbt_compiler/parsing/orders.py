@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from itertools import takewhile
+from itertools import pairwise, takewhile
 
 from llmbt_atl.template import Template
 from llmbt_compiler.parsing.acts import Acting
@@ -132,7 +132,9 @@ class Ordering(Acting):
             return False  # whose it is
         begin = max((t.end for t in tokens(self.now.text, 0, first.extent.start) if t.text in _ENDING), default=0)
         begin = max((m.end() for m in _SURE.finditer(self.now.text, begin, first.extent.start)), default=begin)
-        lead = {t.text for t in tokens(self.now.text, begin, first.extent.start)}
+        words = [t.text for t in tokens(self.now.text, begin, first.extent.start)]
+        later = [i for i, (a, b) in enumerate(pairwise(words)) if a == "after" and b in {"that", "this"}]
+        lead = set(words[later[-1] + 2 :] if later else words)
         inner = {t.text for t in tokens(self.now.text, first.extent.end, clause.extent.start)}
         return not any(w in _BESIDE or lex.is_(w, "negation", "conditional") for w in lead | inner)
 

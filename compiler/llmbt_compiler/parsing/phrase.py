@@ -39,6 +39,7 @@ class Description:
     size: str = ""
     pronoun: str = ""
     partitive: bool = False  # "two of the blocks"
+    total: int | None = None  # "two of the three blocks": how many there are
     anaphoric: bool = False  # "one" or "ones" in the place of a noun
     pointing: bool = False  # "this block"
 
@@ -203,6 +204,8 @@ class _Reader:
             self.between = False
         elif self.noun or self.marked or self.numbers or self.ranges:
             self.numbers.append(value)
+        elif self.flags.get("partitive") and "count" in self.flags and value.isascii() and value.isdigit():
+            self.flags["total"] = min(int(value), 10**9)  # "two of the three blocks"
         elif content or counted or t.word:
             self.flags["partitive"] = [p.text for p in self.parts[i + 1 : i + 2]] == ["of"]
             self.flags["count"] = int(value) if value.isascii() and value.isdigit() and len(value) < 10 else 10**9

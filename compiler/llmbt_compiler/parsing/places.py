@@ -207,6 +207,8 @@ def _places(
             return _counted(d, pool, scene) or hits
         return Found(tuple(e.id for e in hits), corrected)
     generic = all(w in scene.generic(False) for w in d.texts)
+    if d.vacant and generic and (d.rank or (d.ordinal or 1) > 1):
+        return ambiguous(d, ids_of(pool), said)  # "the second free slot": which come before it depends on what is taken
     if d.vacant and generic:
         return Found((ANYWHERE,), vague=True)
     base = [e for e in pool if all(scene.fits(e, w) for w in d.texts)]

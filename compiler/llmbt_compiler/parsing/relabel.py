@@ -48,7 +48,7 @@ from llmbt_compiler.parsing.together import (
 )
 from llmbt_compiler.parsing.told import destined, due, goings, record, vice_versa
 from llmbt_compiler.parsing.verbs import read_verb
-from llmbt_compiler.parsing.whereabouts import by_their_things
+from llmbt_compiler.parsing.whereabouts import by_their_things, in_its_stead
 from llmbt_compiler.parsing.wishes import wished
 from llmbt_compiler.parsing.words import lexicon, tokens
 
@@ -61,7 +61,7 @@ def relabelled(step: LabelledStep, scene: Scene) -> LabelledStep:
     """The step with the keywords that its form implies; as it is where its form implies none."""
     if len(step.text) > _LONGEST:
         return step
-    step = put_right(step)
+    step = in_its_stead(put_right(step), scene)
     table = tabled(step, scene)
     if table is not None:
         return table

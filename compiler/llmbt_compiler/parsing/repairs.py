@@ -57,7 +57,7 @@ _NP = 7
 def mended(step: LabelledStep, scene: Scene) -> LabelledStep:
     """The step with the labels that its words bear out."""
     step = _without_manners(_no_verbs(step, scene))
-    step = _missed_verbs(step, scene)
+    step = _goings(_missed_verbs(step, scene), scene)
     return _subjects(_passives(_participles(_before(step, scene), scene), scene), scene)
 
 
@@ -228,6 +228,71 @@ def _participles(step: LabelledStep, scene: Scene) -> LabelledStep:
                 continue
         out.append(s)
     return replace(step, spans=tuple(out)) if tuple(out) != step.spans else step
+
+
+_GOING = frozenset({"go", "goes", "belong", "belongs", "come", "comes"})
+_FINITE = frozenset({"goes", "belongs", "comes", "belong"})
+_INTENDED = _MODAL | {"then", "now", "also", "just", "next", "finally", "later", "afterwards", "instead", "ought", "to"}
+_WHITHER = frozenset(
+    {"on", "onto", "in", "into", "at", "between", "beside", "behind", "next", "left", "right", "under"}
+)
+
+
+def _subject_of(step: LabelledStep, action: KeywordSpan) -> KeywordSpan | None:
+    """The thing right before "goes" or "should go": what is to go there, and not the robot."""
+    before = max((s for s in step.spans if s.end <= action.start), key=lambda s: s.end, default=None)
+    if before is None or before.label is not Kind.TARGET or action.text.casefold() not in _GOING:
+        return None
+    between = [t.text for t in tokens(step.text, before.end, action.start)]
+    told = all(w in _INTENDED for w in between) and (bool(_MODAL & set(between)) or action.text.casefold() in _FINITE)
+    told = told or (not between and action.text.casefold() == "go")
+    return before if told else None
+
+
+def _pronoun_of(step: LabelledStep, action: KeywordSpan) -> KeywordSpan | None:
+    """The unlabelled "it" right before "goes" or "should go"."""
+    before = max((s.end for s in step.spans if s.end <= action.start), default=0)
+    lead = list(tokens(step.text, before, action.start))
+    while lead and lead[-1].text in _INTENDED:
+        lead.pop()
+    it = lead[-1] if lead and lead[-1].text in {"it", "they"} and action.text.casefold() in _GOING else None
+    return _span(step, it.start, it.end, Kind.TARGET) if it is not None else None
+
+
+def _goings(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Fetch the tea, and the biscuits can go on the desk", "the red block should go between A and B": the thing is to
+    be put there."""
+    place = next(
+        (t for t in scene.library.templates.values() if shape_of(t, scene.library) is Shape.PLACE and t.verbs), None
+    )
+    acts = [s for s in step.spans if s.label is Kind.ACTION]
+    out: list[KeywordSpan] = []
+    for s in step.spans:
+        after = [t.text for t in tokens(step.text, s.end)]
+        while after and (lexicon().is_(after[0], "particles") or after[0] in {"directly", "right", "over", "just"}):
+            if after[0] == "right" and after[1:2] == ["of"]:
+                break
+            after.pop(0)
+        related = after[:1] and (
+            after[0] in _WHITHER - {"on", "onto", "in", "into", "at", "next", "beside"} or after[:2] == ["to", "the"]
+        )
+        told = s in acts and after[:1] and (after[0] in _WHITHER or after[0] == "to") and place is not None
+        it = _pronoun_of(step, s) if told and s is not acts[0] else None
+        if it is not None:
+            out.append(it)
+        said = it is not None or (told and (related or s is not acts[0]) and _subject_of(step, s) is not None)
+        if said and place is not None:
+            out.append(replace(s, text=str(place.verbs[0])))
+        else:
+            out.append(s)
+    step = replace(step, spans=tuple(out)) if tuple(out) != step.spans else step
+    for s in step.spans if acts and place is not None else ():
+        goes, whither = (*tokens(step.text, s.end)[:2], None, None)[:2]
+        if goes is None or whither is None or place is None or goes.text not in _FINITE or whither.text not in _WHITHER:
+            continue
+        if s.label is Kind.TARGET and s.start > acts[0].end and _free(step, goes.start, goes.end):
+            return _with(step, KeywordSpan(goes.start, goes.end, Kind.ACTION, str(place.verbs[0])))
+    return step
 
 
 def _subjects(step: LabelledStep, scene: Scene) -> LabelledStep:

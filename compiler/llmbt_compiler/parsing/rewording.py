@@ -29,11 +29,16 @@ _IDLE = re.compile(
     r"|\bwhat\s+(?:he|she|I|they|the\s+user)\s+(?:ordered|wants?|wanted|would\s+like|asked\s+for|needs?|is\s+after)\s+"
     r"(?:is|was|are|were)\s+(?=[^:.;]*:)"
     r"|\bfor\s+the\s+(?:next|new|coming|upcoming|incoming|following)\s+(?:delivery|arrival|shipment|batch|load|round|job|order|task)\b"
-    r"|,\s*I\s+meant?\s+(?=the\b)[^,;.]*(?=\s*[.!]|\s*$)"
     r"|(?<=\w)\s+if\s+(?:needed|necessary|required|need\s+be|applicable|desired)(?=\s*[.;!]|\s*$)",
     re.IGNORECASE,
 )
 """Says nothing about what goes where."""
+_OF_ALL = re.compile(
+    r"(?:(?<=est)|(?<=est\sone)|(?<=est\scube)|(?<=est\sblock))\s+(?:(?:out\s+)?of\s+(?:them\s+all|the\s+(?:whole\s+|entire\s+)?(?:lot|bunch)|all(?:\s+of\s+them)?)"
+    r"|(?:that\s+)?(?:we|you|I)(?:['\u2019]ve|\s+have)(?:\s+got)?)\b(?=\s*(?:[,:;.!?>-]|$|and\b|on\b|to\b|in\b|goes\b|should\b))",
+    re.IGNORECASE,
+)
+"""Behind a superlative: of all there are."""
 _TELEGRAM = re.compile(r"\bSTOP\b(?=\s+[A-Z]{2}|\s*$)")
 _NAMELY = re.compile(
     r"(?P<lead>,?\s*(?:i\s?\.\s?e\s?\.|that\s+is\s+to\s+say|that\s+is(?=,)|namely|viz\.?|aka|a\.k\.a\.|in\s+other\s+words|meaning(?=[,:]))[,:]?)\s+"
@@ -53,7 +58,7 @@ _LEFT = re.compile(
 
 def reworded(step: LabelledStep) -> LabelledStep:
     """The step in plain words, with as many characters."""
-    step = _that_one(_plain_codes(_its_surface(step)))
+    step = _either(_all_but(_that_one(_plain_codes(_its_surface(step)))))
     step = _go_and_wait(_silent(_to_its_place(_coloured(step))))
     return _vacant(_vacated(_in_parentheses(_seen_to(step))))
 
@@ -106,8 +111,53 @@ def _that_one(step: LabelledStep) -> LabelledStep:
     return replace(step, text=text, spans=spans, readings=())
 
 
+_ALL_BUT = re.compile(
+    r"(?<=,)(?P<lead>\s*)(?:(?:all|everything|each\s+one)\s+(?:of\s+them\s+)?(?:but|except(?:\s+for)?|save(?:\s+for)?|bar|apart\s+from)"
+    r"|(?:just|only)\s+not)(?=\s+(?:the|that|this|those|object|block|number|\d))",
+    re.IGNORECASE,
+)
+
+
+def _all_but(step: LabelledStep) -> LabelledStep:
+    """ "The green ones go on level 2, all but object 4": except object 4."""
+    m = _ALL_BUT.search(step.text)
+    if m is None:
+        return step
+    a, b = m.end("lead"), m.end()
+    text = step.text[:a] + "except".ljust(b - a) + step.text[b:]
+    kept = tuple(s for s in step.spans if s.end <= a or b <= s.start)
+    return replace(step, text=text, spans=kept, readings=())
+
+
+_EITHER = re.compile(
+    r"\b(?:(?P<either>either)\s+)?(?P<one>(?:(?:the|a|an|my)\s+)?[a-z0-9]+(?:\s+[a-z0-9]+)?)\s+or\s+(?P<other>(?:(?:the|a|an|my)\s+)?[a-z0-9]+(?:\s+\d+)?)\b",
+    re.IGNORECASE,
+)
+_PERMITTED = re.compile(
+    r"\b(?:you\s+(?:choose|decide|pick)|your\s+(?:choice|call|pick)|either\s+(?:one\s+)?(?:is\s+(?:fine|ok|okay|good)|will\s+do|works)|whichever\s+(?:one\s+)?(?:you\b|suits|is\s+(?:handier|easier|easiest|fine|more\s+convenient)\b)"
+    r"|I\s+don['\u2019]t\s+(?:mind|care)\s+which|up\s+to\s+you|just\s+one\b)[^;.!?]*",
+    re.IGNORECASE,
+)
+
+
+def _either(step: LabelledStep) -> LabelledStep:
+    """ "Either the apple or the bread, you choose": where the choice is left, the first of the two."""
+    free = _PERMITTED.search(step.text)
+    m = _EITHER.search(step.text) if free is not None else None
+    if m is None or free is None or m.end() > free.start() > m.start():
+        return step
+    touched = [s for s in step.spans if s.start < m.end("other") and m.start("other") <= s.start]
+    own = [s for s in step.spans if m.start("one") <= s.start < m.end("one")]
+    if len(touched) != 1 or len(own) != 1 or touched[0].label is not own[0].label or own[0].label is Kind.ACTION:
+        return step
+    step = without(step, Extent(m.end("one"), m.end("other")))
+    step = without(step, Extent(*m.span("either"))) if m["either"] else step
+    again = _PERMITTED.search(step.text)
+    return without(step, Extent(*again.span())) if again is not None else step
+
+
 def _silent(step: LabelledStep) -> LabelledStep:
-    for pattern in (_IDLE, _TELEGRAM):
+    for pattern in (_IDLE, _OF_ALL, _TELEGRAM):
         while (m := pattern.search(step.text)) is not None:
             trimmed = tuple(_shortened(s, m.start()) for s in step.spans)
             step = without(replace(step, spans=trimmed), Extent(*m.span()))
@@ -196,7 +246,8 @@ def _seen_to(step: LabelledStep) -> LabelledStep:
 
 _VACANT = re.compile(
     rf"(?:the|a|any)\s+(?:(?:first|next|lowest|lowest-numbered)\s+)?{_SLOT}(?P<inner>\s+(?:of|in|on)\s+(?:the\s+)?\w+(?:\s+\w+)?)?\s+"
-    r"(?:that|which)(?:['\u2019]s|\s+(?:is|are))\s+(?:still\s+|currently\s+)?(?:free|empty|available|vacant|unoccupied)\b",
+    r"(?:(?:that|which)(?:['\u2019]s|\s+(?:is|are))\s+(?:still\s+|currently\s+)?(?:free|empty|available|vacant|unoccupied|not\s+taken)"
+    r"|(?:that\s+)?(?:nobody|no[\s-]?one|nothing)\s+(?:has|uses|occupies|is\s+(?:on|in|using)|stands\s+(?:on|in))(?:\s+yet)?)\b",
     re.IGNORECASE,
 )
 _WAITING = re.compile(

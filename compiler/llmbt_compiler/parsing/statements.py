@@ -10,7 +10,7 @@ from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token, lemmas, lexicon, tokens
 
-__all__ = ["STATIVE", "asks_a_fact", "describes", "predicate", "states_a_fact"]
+__all__ = ["STATIVE", "asks_a_fact", "courteous", "describes", "predicate", "states_a_fact"]
 
 _ASKS = re.compile(
     r"^\W*(?:(?:did|does|was|were|has|had)\b|(?:is|are)\s+(?!it\b|there\b|you\b|this\b|that\b)"
@@ -26,6 +26,12 @@ _STATES = re.compile(
     r"|(?:(?:on|in|at)\s+[^,;:.!?]{1,40}\s+)?there(?:\s+is|\s+are|'s)\s+(?!to\b)"
     r"|(?!(?:the\s+)?(?:robot|arm|gripper|hand)\b)[^,;:.!?]{1,60}\s(?:suits|fits|holds|contains|is\s+where|is\s+(?:\w+\s+)?(?:free|empty|enough|suitable)\s+for)\b)"
     + _ONE_CLAUSE,
+    re.IGNORECASE,
+)
+_COURTEOUS = re.compile(
+    r"^\W*(?:good\s+)?(?:morning|afternoon|evening|day|hello|hi|hey|hiya|cheers|ta|thanks|thank\s+you|please|surprise\s+me|much\s+obliged|bye|ciao)"
+    r"(?:\W+(?:a\s+(?:lot|million|bunch)|(?:ever\s+so|so|very|too)\s+much|mate|love|dear|robot|there|all|everyone|everybody|again|kindly|you|in\s+advance|then|sir"
+    r"|my\s+(?:dear|friend)|young\s+man|buddy|pal))*[\s,.!?]*$",
     re.IGNORECASE,
 )
 _STANDING = frozenset({"stand", "sit", "lie", "rest", "fit", "suit", "hang", "lean"})
@@ -53,6 +59,11 @@ def asks_a_fact(text: str) -> bool:
 def states_a_fact(text: str) -> bool:
     """Whether a step, one clause, says what is seen, known, liked or there, and orders nothing."""
     return _STATES.match(text) is not None
+
+
+def courteous(text: str) -> bool:
+    """Whether a step only greets or thanks."""
+    return _COURTEOUS.match(text) is not None
 
 
 def describes(text: str, action: Extent, subject: int) -> bool:

@@ -7,25 +7,27 @@ far in a `Ledger`, and gives every complaint at once.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.keywords.labels import Kind
-from llmbt_compiler.parsing.beside import done_before, mentioned, restrictions, unread
+from llmbt_compiler.keywords.labels import KeywordSpan, Kind
+from llmbt_compiler.parsing.beside import done_before, goes_unread, mentioned, restrictions, unread
 from llmbt_compiler.parsing.clauses import clauses
-from llmbt_compiler.parsing.doubts import doubts
+from llmbt_compiler.parsing.doubts import corrects, doubts
 from llmbt_compiler.parsing.explained import explanation, without
 from llmbt_compiler.parsing.frames import among
 from llmbt_compiler.parsing.gist import gist
 from llmbt_compiler.parsing.ground import Stop
 from llmbt_compiler.parsing.headings import headed
+from llmbt_compiler.parsing.identified import identified
 from llmbt_compiler.parsing.lacking import lacking
 from llmbt_compiler.parsing.ledger import Entry
 from llmbt_compiler.parsing.mentions import mentioned_in
 from llmbt_compiler.parsing.model import Extent, LabelledStep, Move, NoteKind, ParseResult
-from llmbt_compiler.parsing.names import Found, Talk
+from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.orders import Ordering
 from llmbt_compiler.parsing.places import resolve_places
@@ -33,10 +35,11 @@ from llmbt_compiler.parsing.relabel import relabelled
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.scoped import left_out_first
 from llmbt_compiler.parsing.sequence import in_time
-from llmbt_compiler.parsing.space import arrangement, certainty, related
-from llmbt_compiler.parsing.statements import asks_a_fact, states_a_fact
+from llmbt_compiler.parsing.space import arrangement, certainty, compared, related, stepped
+from llmbt_compiler.parsing.statements import asks_a_fact, courteous, states_a_fact
 from llmbt_compiler.parsing.verbs import read_verb
 from llmbt_compiler.parsing.weigh import Trial, shares, weigh
+from llmbt_compiler.parsing.whichever import emptied, narrowed, whichever
 from llmbt_compiler.parsing.words import lexicon, tokens
 from llmbt_ir.condition import Condition
 from llmbt_ir.diagnostics import Severity, nearest
@@ -56,6 +59,12 @@ _GOING = frozenset({
 _FORMAL = frozenset({"E301", "E302", "E303", "E305", "E306", "E314"})
 """Complaints that another way to put a step may settle."""
 _LONGEST = 10_000
+_POINTED = re.compile(
+    r"^\W*(?:(?:do\s+you|can\s+you|you)\s+)?(?:see|know|spot|notice|remember|look\s+at|take\s+a\s+look\s+at|there(?:['\u2019]s|\s+is))\s+"
+    r"(?P<thing>(?:the|that|this|a|an|my|our)\s[^,;:.!?]{2,100}?)(?:\s+(?:over\s+there|right|yes|eh|huh))?[\s,?.!]*$",
+    re.IGNORECASE,
+)
+"""A remark that does nothing but point a thing out."""
 
 
 def parse(
@@ -110,10 +119,24 @@ class _Walker(Ordering):
         return frozenset(out)
 
     def after(self, step: LabelledStep) -> _Walker:
+        """The walker after a step, which may take back what was said before it."""
+        before, handled = self.errors(), self.ledger.handled
+        walker = self.as_said(step)
+        if (before or handled) and walker.errors() <= before and corrects(step.text):
+            walker.corrected(step, handled)
+        return walker
+
+    def as_said(self, step: LabelledStep) -> _Walker:
         """The walker after a step; one that is not understood, or asks for nothing, is read by its gist, if any."""
+        named = self.by_name(step) if len(step.text) <= _LONGEST else step
+        if isinstance(named, Fault):
+            self.now, self.lost, self.targets = step, True, ((), -9)
+            self.fault(named)
+            return self
+        step = named
         before, acts, stood = self.errors(), self.ledger.acts, self.ledger.standing()
         kept = self.fork()
-        walker = self.explained(step)
+        walker = self.identified(step)
         if walker.errors() <= before and (walker.ledger.acts > acts or walker.ledger.standing()[:3] != stood[:3]):
             return walker
         told = {d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR}
@@ -127,6 +150,36 @@ class _Walker(Ordering):
             return walker
         other.note(NoteKind.CORRECTED, f"read as `{plain.text}`", Extent(0, len(step.text)))
         return other
+
+    def identified(self, step: LabelledStep) -> _Walker:
+        """The walker after a step; where a description fits several things and their name follows, the name counts."""
+        before, kept = self.errors(), self.fork()
+        walker = self.explained(step)
+        told = [d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR]
+        plain = identified(step, self.scene) if {"E304", "E314"} & set(told) and len(step.text) <= _LONGEST else None
+        if plain is None:
+            return walker
+        other = kept.read(plain)
+        return other if other.errors() <= before else walker
+
+    def corrected(self, step: LabelledStep, earlier: frozenset[str]) -> None:
+        """Complain of a step that takes back what one before it ordered, and is no order to put the same thing
+        elsewhere. `earlier`: the things that something had been done with."""
+        again = {e.target for e in self.ledger.moves if e.step.number == step.number}
+        again |= {i for i, e in self.ledger.pending.items() if e.step.number == step.number}
+        if again and again <= earlier:
+            return
+        self.now = step
+        title = f"`{step.text[:60]}` puts otherwise what was said before it"
+        self.complain("E314", title, Extent(0, len(step.text)), "", "say only what is to be done")
+
+    def by_name(self, step: LabelledStep) -> LabelledStep | Fault:
+        """The step with the names of things and places in place of comparisons and of counts; the fault of one that
+        names nothing, or too much."""
+        found: LabelledStep | Fault = emptied(narrowed(whichever(step, self.scene), self.scene), self.scene)
+        for settle in (compared, stepped):
+            found = settle(found, self.scene, self.talk()) if not isinstance(found, Fault) else found
+        return found
 
     def explained(self, step: LabelledStep) -> _Walker:
         """The walker after a step. Where it is not understood, what it adds to a name that is clear without it is
@@ -190,11 +243,13 @@ class _Walker(Ordering):
         """A step that is too long, too uncertain, or a question for information is not read; why is noted."""
         if len(step.text) > _LONGEST:
             self.complain("E313", f"step {step.number} is longer than {_LONGEST} characters", Extent(-1, -1))
+        elif courteous(step.text):
+            self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
         elif certainty(step) < self.threshold and step.spans:
             self.unsure(step)
-        elif asks_a_fact(step.text) or states_a_fact(step.text):
+        elif asks_a_fact(step.text) or states_a_fact(step.text) or ("?" in step.text and _POINTED.match(step.text)):
             self.note(NoteKind.LEFT_OUT, "the step asks or says how things are; nothing is to be done", whole)
-            self.mentioned = mentioned(step, self.scene, self.scene.objects)
+            self.mentioned = self.pointed_out(step)
             self.remarked(forbidden=False)
         else:
             return False
@@ -236,6 +291,7 @@ class _Walker(Ordering):
             return
         if not found:
             self.note(NoteKind.LEFT_OUT, "the step names nothing to be done", whole)
+            self.mentioned = self.pointed_out(step)
             self.remarked(forbidden=forbidden)
             return
         before = (self.ledger.acts, self.targets, self.place)
@@ -255,6 +311,28 @@ class _Walker(Ordering):
         self.overlooked(step, earlier, asks=asks)
         if before != (self.ledger.acts, self.targets, self.place):
             self.turn += 1
+
+    def pointed_out(self, step: LabelledStep) -> tuple[str, ...]:
+        """The thing that a remark points out ("see the yellow block next to the red one?"): its head, as if it were to
+        be taken, and not what it is told by; of other remarks, what they name."""
+        m = _POINTED.match(step.text)
+        named = mentioned(step, self.scene, self.scene.objects)
+        if m is None:
+            return named
+        text = f"Take {m['thing']}."
+        head = next((t for t in tokens(text, 5) if not lexicon().is_(t.text, "articles")), None)
+        if head is None:
+            return named
+        end = 5 + len(m["thing"])
+        spans = (
+            KeywordSpan(0, 4, Kind.ACTION, "Take"),
+            KeywordSpan(head.start, end, Kind.TARGET, text[head.start : end]),
+        )
+        trial = self.fork()
+        before, had = trial.errors(), set(trial.ledger.pending)
+        trial.step(LabelledStep(step.number, text, spans, 1.0))
+        taken = tuple(i for i in trial.ledger.pending if i not in had)
+        return taken if trial.errors() <= before else ()
 
     def remarked(self, *, forbidden: bool) -> None:
         """ "The milk is on the shelf. | Grab it": what a remark was about is what "it" means."""
@@ -279,6 +357,9 @@ class _Walker(Ordering):
             self.complain(
                 "E314", f"`{words}` is named, and what for is not understood", extent, "", "say it in a step of its own"
             )
+        for extent in goes_unread(step, self.scene):
+            title = f"`{extent.cut(step.text)}` is told, and no step does it"
+            self.complain("E314", title, extent, "", "say it in a step of its own")
         for extent, thing, place in done_before(step, self.scene):
             if not self.scene.within(self.ledger.where.get(thing), place):
                 title = f"`{extent.cut(step.text)}` is told, and no step does it"

@@ -10,9 +10,10 @@ from dataclasses import replace
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import LabelledStep
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["by_their_things", "whose_place"]
+__all__ = ["by_their_things", "in_its_stead", "whose_place"]
 
 _SHORT = 300
 _NOUN = (
@@ -52,6 +53,41 @@ def _match(text: str, start: int = 0) -> tuple[re.Match[str], bool] | None:
     was = _BEFORE.search(text, start)
     found = [(m, False) for p in _TOLD if (m := p.search(text, start))] + ([(was, True)] if was else [])
     return min(found, key=lambda f: (f[0].start(), -f[0].end()), default=None)
+
+
+_FRONTED = re.compile(
+    r"(?P<lead>\b(?:and|then)\s+(?:then\s+)?|[,;]\s*)where\s+(?:it|they|that(?:\s+one)?|this)\s+(?:was|stood|sat|lay|used\s+to\s+be|had\s+been|has\s+been)"
+    r"(?:\s+(?:before|standing|sitting))?\s*,?\s+(?:(?:you|please|can|could|should|now|I\s+want\s+you\s+to)\s+)*(?P<verb>[a-z]+)\s+(?P<thing>[^,;:.!?]{2,60}?)"
+    r"(?=\s*(?:[,;.!?]|$))",
+    re.IGNORECASE,
+)
+
+
+def in_its_stead(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Take the red one off the shelf, and where it was you put the yellow one": that goes to the vacated place."""
+    m = _FRONTED.search(step.text) if len(step.text) <= _SHORT else None
+    acts = [s for s in step.spans if m is not None and s.label is Kind.ACTION and s.end <= m.start()]
+    if m is None or not acts:
+        return step
+    templates = read_verb(m["verb"].casefold(), (), scene.library).templates
+    if not any(shape_of(t, scene.library) is Shape.PLACE for t in templates):
+        return step
+    a, b = m.end("lead"), m.end()
+    plain = f"{m['verb']} {m['thing']} in vacated slot"
+    plain = plain if len(plain) <= b - a else f"{m['verb']} {m['thing']} vacated slot"
+    if len(plain) > b - a:
+        return step
+    text = step.text[:a] + plain.ljust(b - a) + step.text[b:]
+    thing, slot = a + len(m["verb"]) + 1, a + len(plain) - len("vacated slot")
+    begin = next((t.start for t in tokens(text, thing, slot) if not lexicon().is_(t.text, "articles")), thing)
+    end = thing + len(m["thing"])
+    kept = [s for s in step.spans if s.end <= a or b <= s.start]
+    kept += [
+        KeywordSpan(a, a + len(m["verb"]), Kind.ACTION, m["verb"]),
+        KeywordSpan(begin, end, Kind.TARGET, text[begin:end]),
+        KeywordSpan(slot, slot + len("vacated slot"), Kind.DESTINATION, "vacated slot"),
+    ]
+    return replace(step, text=text, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
 
 
 def by_their_things(step: LabelledStep, scene: Scene) -> LabelledStep:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from llmbt_compiler.checking.referring.lists import AT, EXACTLY, LONGEST, POINTING
+from llmbt_compiler.checking.referring.lists import AT, EXACTLY, LONGEST, POINTING, STANDING
 from llmbt_compiler.checking.referring.model import Meant
 from llmbt_compiler.checking.referring.nouns import all_of, noun, numbers, plural
 from llmbt_compiler.checking.referring.standing import puts, standing_there, tells
+from llmbt_compiler.checking.telling import hearsay
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene
@@ -50,11 +51,12 @@ def several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str |
         if words[j].text == "other":
             return None
         j += 1
-    if exactly and j < len(words) and words[j].text in AT:  # "those two on the shelf"
-        there, stop = standing_there(words, j, [e.id for e in scene.objects], scene, where)
+    stands = next((k for k in range(j, len(words)) if words[k].text not in STANDING), j)
+    if exactly and stands < len(words) and words[stands].text in AT:  # "those two (that are) on the shelf"
+        there, stop = standing_there(words, stands, [e.id for e in scene.objects], scene, where)
         return Meant(i, stop, there, count, exactly) if len(there) == count else None
     end = next((k + 1 for k in range(j, min(len(words), j + LONGEST)) if plural(words[k], scene)), 0)
-    phrase = [t for t in words[j:end] if t.text != "ones"]
+    phrase = [t for k, t in enumerate(words[j:end], j) if t.text != "ones" and not hearsay(words, k, scene)]
     if not end or any(t.text in lexicon().sizes or t.text in lexicon().ordinals or not t.word for t in phrase):
         return None
     if not phrase or rank_of(words, j, end) is not None:

@@ -25,6 +25,7 @@ _GLUE = frozenset({
     "that", "which", "is", "are", "located", "standing", "sitting", "lying", "placed", "situated", "currently",
     "stands", "sits", "lies", "being", ",",
 })  # fmt: skip
+_STANDS = (_GLUE - {","}) | {"already", "now", "still", "what", "thats", "up", "over"}
 _REASONS = frozenset({"as", "because", "since", "where", "so"})
 
 
@@ -73,6 +74,8 @@ class Placing(Ranking):
         marks, stop = self.landmarks(relation)
         if marks is None:
             return
+        if len(marks) == 1 and self.at_an_end(relation, marks[0], stop):
+            return
         begin = head.extent.start if head is not None else self.line[relation.start].start
         words = tuple(t for t in self.line if begin <= t.start and t.end <= self.line[stop - 1].end)
         extent = Extent(begin, self.line[stop - 1].end)
@@ -85,6 +88,31 @@ class Placing(Ranking):
                 self.destination(relation, None, marks, after, Extent(start, extent.end), stop)
             return
         self.destination(relation, head, marks, words, extent, stop)
+
+    def at_an_end(self, relation: Relation, mark: str, stop: int) -> bool:
+        """ "At the far left of level 2", "on the left side of level 2": its last position there. Whether that was said;
+        what is "to the left of" a row of positions is none of them."""
+        scene = self.walk.scene
+        if relation.name not in {"left", "right"} or scene[mark].movable or scene.single(mark):
+            return False
+        row = self.world.in_order(mark, relation.name)
+        if not row:
+            return False
+        start = relation.start
+        while start and self.line[start - 1].text in {"far", "very", "extreme", "the"}:
+            start -= 1
+        start -= start > 0 and start < relation.start and self.line[start - 1].text in ONTO
+        lead = self.line[start : relation.end]
+        extent = Extent(lead[0].start, self.line[stop - 1].end)
+        outer = any(t.text in {"far", "very", "extreme", "hand", "side"} for t in lead)
+        if not outer and lead[0].text not in {"on", "at", "in"}:
+            words = extent.cut(self.walk.now.text)
+            hint = f"did you mean {row[0]}?"
+            raise self.walk.fault(
+                Fault("E304", f"`{words}`: beside it, or at its end?", extent, "where?", hint, row[:2])
+            )
+        self.put((named(Kind.DESTINATION, row[0], extent, "on"),), extent)
+        return True
 
     def in_a_reason(self, relation: Relation) -> bool:
         """ "... as it stands in front of the milk": said about the step, not asked for; its phrases are left out."""
@@ -156,7 +184,7 @@ class Placing(Ranking):
                 self.walk.told(found, Phrase(Kind.LOCATION, parts, Extent(parts[0].start, parts[-1].end)))
                 return found.ids, stop
             first = first or (found if isinstance(found, Fault) else self.too_many(found, parts, want))
-        there = self.standing_there(first, limit) if first is not None and want == 1 else None
+        there = self.standing_there(first, limit, relation) if first is not None and want == 1 else None
         if there is not None:
             return there
         if relation.name in {"nearest", "farthest", "next", "above", "below"} and first is None:
@@ -166,8 +194,11 @@ class Placing(Ranking):
             or Fault("E305", "the words name nothing to be next to", self.extent(relation), "what?", "name the thing")
         )
 
-    def standing_there(self, fault: Fault, stop: int) -> tuple[tuple[str, ...], int] | None:
-        """ "The green block on the shelf", of several green ones: that which stands on the place named behind it."""
+    def standing_there(self, fault: Fault, stop: int, relation: Relation) -> tuple[tuple[str, ...], int] | None:
+        """ "The green block on the shelf", of several green ones: that which stands on the place named behind it.
+        Behind "that is" so too, where the relation leaves one side open and not two."""
+        while relation.name != "next" and stop < len(self.line) and self.line[stop].text in _STANDS:
+            stop += 1
         if fault.code != "E304" or stop + 1 >= len(self.line) or self.line[stop].text not in {"on", "in", "at", "from"}:
             return None
         place = self.place_at(self.line[stop + 1 :])
@@ -246,11 +277,20 @@ class Placing(Ranking):
         pool = self.world.every(head.parts, True)
         if isinstance(pool, Fault):
             raise self.walk.fault(pool)
-        found = self.world.related(relation, pool[0], marks, words, pool[1])
+        any_of = self.any_of(relation, words)
+        found = self.world.related(relation, pool[0], any_of or marks, words, pool[1], either=bool(any_of))
         if isinstance(found, Fault):
             raise self.walk.fault(found)
         self.put(tuple(named(Kind.TARGET, i, extent) for i in found.ids), extent)
         self.unlabelled(extent)
+
+    def any_of(self, relation: Relation, words: Sequence[Token]) -> tuple[str, ...]:
+        """All that an indefinite landmark may be ("next to a yellow one"); nothing where it is one thing."""
+        after = [t for t in self.line[relation.end :] if t.end <= words[-1].end]
+        if relation.name in {"between", "nearest", "farthest"} or not after or after[0].text not in {"a", "an", "any"}:
+            return ()
+        pool = self.world.every(after, True)
+        return pool[0] if not isinstance(pool, Fault) and len(pool[0]) > 1 else ()
 
     def destination(
         self,

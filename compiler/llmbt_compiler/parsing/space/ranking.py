@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.clauses import Phrase
 from llmbt_compiler.parsing.model import Extent
-from llmbt_compiler.parsing.names import Fault, Found
+from llmbt_compiler.parsing.names import ANYWHERE, Fault, Found
 from llmbt_compiler.parsing.space.expressions import Ranked, rank_of, side_of
 from llmbt_compiler.parsing.space.reading import Reading, named
 from llmbt_compiler.parsing.space.world import Wanted
@@ -36,7 +36,7 @@ class Ranking(Reading):
             return
         movable = phrase.kind is Kind.TARGET
         exact = (self.walk.quiet if movable else self.walk.places_of)(phrase)
-        if len(exact) == 1 and (of.plain or of.stop > end):
+        if len(exact) == 1 and ANYWHERE not in exact and (of.plain or of.stop > end):
             return
         extent = Extent(phrase.parts[0].start, self.line[of.stop - 1].end)
         words = self.line[start : of.stop]

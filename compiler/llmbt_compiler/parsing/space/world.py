@@ -174,10 +174,17 @@ class World:
         return self._chosen(hit, pool, words, extent, movable, many)
 
     def related(
-        self, of: Relation, pool: Sequence[str], landmarks: Sequence[str], phrase: Sequence[Token], many: bool
+        self,
+        of: Relation,
+        pool: Sequence[str],
+        landmarks: Sequence[str],
+        phrase: Sequence[Token],
+        many: bool,
+        *,
+        either: bool = False,
     ) -> Found | Fault:
         """Which of `pool` are in a relation to the landmarks; where one thing is meant, the next one if the others all
-        lie beyond it."""
+        lie beyond it. `either`: any one of the landmarks will do ("next to a yellow one")."""
         around = self.around()
         extent = Extent(phrase[0].start, phrase[-1].end)
         words = said(phrase, self.text)
@@ -186,7 +193,13 @@ class World:
             return self._no_position(unknown, words, extent)
         marks = [around[i] for i in landmarks] or [Thing("", 0.0, 0.0, 0.0, 0.0)]
         things = [t for i in pool if (t := around.get(i)) is not None and i not in landmarks]
-        if of.name in {"nearest", "farthest"}:
+        if either and of.name not in {"nearest", "farthest"}:
+            objects = {e.id: t for e in self.scene.objects if (t := around.get(e.id)) is not None}
+            near = [t for i in pool if (t := around.get(i)) is not None]
+            hit = tuple(
+                t.id for t in near if any(m.id != t.id and self._holds(of.name, t, [m], objects) for m in marks)
+            )
+        elif of.name in {"nearest", "farthest"}:
             groups = nearest_first(things, marks[0])
             hit = _at(groups if of.name == "nearest" else tuple(reversed(groups)), 1)
         else:
@@ -348,7 +361,9 @@ class World:
         if not pool:
             return Fault("E308", f"`{words}`: no free position there", extent, "all are taken")
         if of.end not in {"near", "far"}:
-            return self._chosen(self.ends(pool, of.end, of.rank), pool, words, extent, False, False)
+            ends = self.ends(list(slots) if of.rank == 0 else pool, of.end, of.rank)
+            ends = tuple(i for i in ends if i in pool) or ends  # of the middle ones the free one
+            return self._chosen(ends, pool, words, extent, False, False)
         return self.ranked(of, False, pool, phrase, False)
 
     def ends(self, slots: Sequence[str], end: str, rank: int) -> tuple[str, ...]:
