@@ -93,8 +93,9 @@ def moved_all_the_same(
     where = {o.id: o.place for o in semantic_map.objects}
     placed = [g.condition.args for g in goals if g.condition.name == "On" and not g.condition.negated]
     yield from _used_all_the_same(words, line, placed, scene)
+    told = set[str]()
     for kept in _kept(words, line, scene, where):
-        for id_ in kept.ids:
+        for id_ in (i for i in kept.ids if i not in told):
             here = where.get(id_)
             allowed = kept.within if kept.within is not None else here
             gone = next((p for o, p in placed if o == id_ and allowed is not None and not _at(p, allowed, scene)), None)
@@ -105,6 +106,7 @@ def moved_all_the_same(
             what = f"it is to go to {gone}" if gone is not None else f"{other} is to go to {here}, where it stands"
             span = span_of(words[kept.start : kept.end], line)
             title = f"the request contradicts itself, or the reply the request: {id_} is to stay, and {what}"
+            told.add(id_)
             yield Diagnostic("E343", title, span, f"{id_} is to stay", "say which of the two is wanted")
 
 
