@@ -9,7 +9,7 @@ from enum import StrEnum
 from llmbt_atl.library import Library
 from llmbt_atl.template import Role
 from llmbt_compiler.asking.offered import offered
-from llmbt_compiler.checking.request import OpenPoint
+from llmbt_compiler.checking.points import OpenPoint
 from llmbt_compiler.parsing import exit_code_of
 from llmbt_compiler.parsing.mentions import one_named
 from llmbt_compiler.parsing.scene import Scene, natural

@@ -31,7 +31,8 @@ _LEFT_OPEN = re.compile(
     r"|(?:am |['’]m )?not (?:fussy|fussed|bothered|picky)"
     r"|(?:do not|don['’]?t) (?:really )?care\b(?! wh)"
     r"|(?:no|not|doesn['’]?t) matter (?:to me )?(?:which|where|what)"
-    r"|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what))"
+    r"|(?:do not|don['’]?t) (?:really )?(?:care|mind) (?:which|where|what)"
+    r"|could(?:n['’]?t| not) care less(?: which| where| what)?)"
     r"(?P<what>(?:\W+\w+){0,3})",
     re.IGNORECASE,
 )

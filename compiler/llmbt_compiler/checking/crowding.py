@@ -23,6 +23,8 @@ from llmbt_ir.semantic_map import SemanticMap
 __all__ = ["too_many"]
 
 _ONTO = frozenset({"on", "onto", "in", "into", "to", "at", "along", "across"})
+_LESS = frozenset({"there", "here", "else", "isnt", "not", "that", "which"})
+"""Behind "everything": not all that there is."""
 _ALL = frozenset({"all", "every", "each"})
 _JOINING = frozenset({"and", ",", "&", "the", "both", "also", "plus"})
 _OTHERWISE = frozenset({
@@ -72,12 +74,13 @@ def _full(
 ) -> Iterator[Diagnostic]:
     """ "All six blocks on level 1", which has four positions."""
     moved = {g.condition.args[0] for g in goals if g.condition.name == "On"}
-    for phrase in (*phrases, *_everything(words, scene)):
+    for phrase in (*phrases, *_together(words, tuple(_everything(words, scene)))):
         end = next((k for k in range(phrase.end, len(words)) if words[k].text in ENDS), len(words))
         first = max(phrase.end, phrase.stop)
         onto = (place_named(words, k + 1, scene) for k in range(first, end) if words[k].text in _ONTO)
         place, stop = next(((p, e) for p, e in onto if p is not None), (None, end))
-        if phrase.count < 2 or place is None or "and" in [t.text for t in words[stop:end]]:
+        more = any(words[k].text == "and" and _names_place(words, k + 1, scene) for k in range(stop, end))
+        if phrase.count < 2 or place is None or more:
             continue
         slots = [p.id for p in scene.map.inside(place) if scene.single(p.id)]
         stay = [o.id for o in scene.map.objects if o.place in slots and o.id not in moved | set(phrase.ids)]
@@ -88,16 +91,43 @@ def _full(
             yield Diagnostic("E308", title, span, label, "take another place")
 
 
+def _names_place(words: Sequence[Token], at: int, scene: Scene) -> bool:
+    """ "... (and) level 2", "... on the sorting area"."""
+    at += int(at < len(words) and words[at].text in _ONTO)
+    return at < len(words) and place_named(words, at, scene)[0] is not None
+
+
+def _together(words: Sequence[Token], phrases: Sequence[Meant]) -> tuple[Meant, ...]:
+    """ "All the greens and all the yellows": one phrase of both."""
+    out: list[Meant] = []
+    for p in sorted(phrases, key=lambda p: p.start):
+        joined = out and {t.text for t in words[out[-1].end : p.start]} <= _JOINING
+        if joined and not set(out[-1].ids) & set(p.ids):
+            ids = (*out[-1].ids, *p.ids)
+            out[-1] = Meant(out[-1].start, p.end, ids, len(ids))
+        else:
+            out.append(p)
+    return tuple(out)
+
+
 def _everything(words: Sequence[Token], scene: Scene) -> Iterator[Meant]:
     """ "Everything from the sorting area": all that stands there, or all there is."""
     for i, t in enumerate(words):
         begin, end = sentence_at(words, i)
-        said = {w.text for w in words[begin:end]}
+        said = {w.text for w in words[begin : min(end, i + 10)]}
         if said & _EXCEPTING or lexicon().function["negation"] & said - {"no"}:
             continue
         if t.text in _ALL and not (i and words[i - 1].text in {"of", "them", "they", "are", "at"}):
             yield from _all(words, i, end, scene)
-        if t.text != "everything" or {w.text for w in words[i + 1 : i + 5]} & {"there", "here", "else"}:
+        if t.text != "everything" or {w.text for w in words[i + 1 : i + 5]} & {
+            "there",
+            "here",
+            "else",
+            "isnt",
+            "not",
+            "that",
+            "which",
+        }:
             continue
         there = i + 1 < end and words[i + 1].text in {"from", "on", "in", "off", "thats"}
         place, stop = place_named(words, i + 2, scene) if there else (None, i + 1)

@@ -14,7 +14,8 @@ from itertools import pairwise
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.levels import levels_from
-from llmbt_compiler.checking.request import VERBS, OpenPoint
+from llmbt_compiler.checking.points import OpenPoint
+from llmbt_compiler.checking.request import VERBS
 from llmbt_compiler.checking.sentences import one_line, span_of
 from llmbt_compiler.checking.telling import REMEMBERED
 from llmbt_compiler.checking.unknown import unknown_place
@@ -45,6 +46,7 @@ _ANYTHING = frozenset({
     "cargo", "goods", "all", "both", "each", "every", "one", "ones", "nothing", "eat", "drink", "food", "hungry",
     "thirsty", "contents", "content", "what", "stuff", "lot", "whichever",
 })  # fmt: skip
+_IT = frozenset({"it", "that", "this", "they", "these", "those", "he", "she"})
 _PLACES = frozenset({"place", "spot", "home", "position", "slot", "corner", "shelf", "level"})
 _EXCHANGE = frozenset({"where", "versa", "places"})
 
@@ -96,7 +98,8 @@ class _Request:
         texts = [t.text for t in self.words]
         told = any(a.text in REMEMBERED and b.text in _PLACES for a, b in pairwise(self.words))
         return told or any(
-            texts[k : k + 3] == ["where", "it", v] for k in range(len(texts)) for v in ("belongs", "goes")
+            texts[k] == "where" and texts[k + 1] in _IT and texts[k + 2] in {"belongs", "goes", "belong", "go"}
+            for k in range(len(texts) - 2)
         )
 
     @property
@@ -195,7 +198,8 @@ def _place(said: _Request, thing: str, place: str, wanted: bool) -> bool:
         return True
     if scene.single(place):
         ranked = said.has("top", "bottom", "middle") or any(t.text in lexicon().ordinals for t in said.words)
-        if ranked or relations(said.words) or said.texts & _SIDES or (there and said.exchanges):
+        to_something = any(r.end < len(said.words) and said.words[r.end].word for r in relations(said.words))
+        if ranked or to_something or said.texts & _SIDES or (there and said.exchanges):
             return True
     return said.fitting(place, generic=False) or any(said.fitting(o, generic=False) for o in there)
 

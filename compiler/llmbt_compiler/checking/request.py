@@ -6,9 +6,8 @@ which the goals take one; a name with a number that the map does not have; a col
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import replace
 from itertools import pairwise
 
 from llmbt_atl.library import Library
@@ -18,17 +17,18 @@ from llmbt_compiler.checking.complaints import lacks, several, too_few
 from llmbt_compiler.checking.doubts import doubted
 from llmbt_compiler.checking.enough import not_enough
 from llmbt_compiler.checking.levels import levels_from
+from llmbt_compiler.checking.numbers import is_noun, named_by_number, numbered
+from llmbt_compiler.checking.passed import passed_over
+from llmbt_compiler.checking.points import OpenPoint
 from llmbt_compiler.checking.referring import Meant, meant_objects, place_named, told_apart
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
 from llmbt_compiler.checking.sides import beside, sideways
 from llmbt_compiler.checking.spots import meant_places
-from llmbt_compiler.checking.wording import phrase_at
 from llmbt_compiler.parsing import Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
-from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.space.reading import name_end
@@ -37,13 +37,8 @@ from llmbt_ir.diagnostics import Diagnostic, Severity
 from llmbt_ir.scene import COLOURS
 from llmbt_ir.semantic_map import SemanticMap
 
-__all__ = ["VERBS", "OpenPoint", "lacking", "open_points"]
+__all__ = ["VERBS", "lacking", "open_points"]
 
-_LEAVING = frozenset({
-    "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
-    "currently", "now", "was", "from", "empty",
-    "still", "than", "rather", "like", "clear", "free", "stands", "temporarily", "via", "through",
-})  # fmt: skip
 _MOVING = frozenset({"move", "put", "place", "shift", "relocate", "transfer", "stow", "remove"})
 _TAKING = frozenset({"take", "bring", "get", "fetch", "give", "hand", "grab", "pick", "carry", "set"})
 VERBS = _MOVING | _TAKING
@@ -52,32 +47,9 @@ _MUST = frozenset({"has", "must", "should", "goes", "belongs", "needs", "ought"}
 _ABOUT = frozenset({"that", "which", "you", "i", "we", "with", "one", "people", "everybody", "everyone", "they", "for"})
 _STANDING = frozenset({"that", "which", "thats", "is", "stands", "standing", "lies", "lying", "sits", "sitting"})
 _AT = frozenset({"on", "in", "at"})
-_CORRECTED = re.compile(
-    r"\b(?:i meant?|scratch that|make (?:that|it)|no,? (?:sorry|wait|hang on|hold on)|sorry,? (?:no|not)|correction"
-    r"|on second thoughts?|or rather|(?:strike|scrap|forget|ignore) that|changed my mind"
-    r"|hang on|hold on|wait,? no|no,? not)\b",
-    re.IGNORECASE,
-)
-"""Takes something back that was said before."""
 _DEFINITE = frozenset({"the", "that", "this", "my", "a", "another", "any"})
 _BUT = frozenset({"not", "except", "but", "excluding", "bar", "save"})
-_NOT = frozenset({"isnt", "arent", "wasnt", "werent", "doesnt", "dont", "didnt", "hasnt", "wont", "cant"})
-_TURNING = ("negation", "except", "instead", "conditional")
-_EXCEPTED = re.compile(
-    r"\b(?:with the exception of|exception|apart from|aside from|save for|other than|barring|minus|bar the"
-    r"|(?:all|everything|anything|every one|any|nothing|none|both)(?: of them)? (?:but|save|besides)|but not)\b",
-    re.IGNORECASE,
-)
-"""What is named behind it is to be left alone."""
 _HUES = frozenset({*COLOURS, "gray", "violet", "cyan", "magenta", "turquoise", "gold", "golden"}) - {"wood"}
-
-
-@dataclass(frozen=True, slots=True)
-class OpenPoint:
-    """Something to ask about, and what the goals took for it (None: nothing that could be exchanged in them)."""
-
-    diagnostic: Diagnostic
-    taken: str | None = None
 
 
 def open_points(
@@ -98,7 +70,7 @@ def open_points(
         *_not_enough(words, line, scene),
         *_spots(words, line, parsed.goals, scene),
         *_pronouns(words, line, parsed.goals, scene),
-        *_passed_over(words, line, parsed, scene, frozenset(mentioned_in(said, scene))),
+        *passed_over(words, line, parsed, scene, frozenset(mentioned_in(said, scene))),
         *_relations(words, line, parsed),
     )
 
@@ -129,79 +101,6 @@ def lacking(request: str, semantic_map: SemanticMap, library: Library) -> OpenPo
         *_not_enough(words, line, scene),
     )
     return next((p for p in points if p.diagnostic.code == "E142"), None)
-
-
-def _passed_over(
-    words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene, said: frozenset[str]
-) -> Iterator[OpenPoint]:
-    """Objects by their numbers or names, numbered places where nothing stands yet, and colours, that the request names
-    and the goals and the steps leave out; not where it may name them for another reason: as landmarks, in a condition,
-    to be left alone."""
-    if any(phrase_at(words, k, "staying", "hands_off") or t.text == "let" for k, t in enumerate(words)):
-        return
-    if any(t.text in _LEAVING | _NOT or lexicon().is_(t.text, *_TURNING) for t in words) or _states(words):
-        return
-    if _CORRECTED.search(request) is not None or _EXCEPTED.search(request) is not None:
-        return
-    landmarks = {id(t) for r in relations(words) for t in words[r.end : name_end(words, r)]}
-    moved = {g.condition.args[0] for g in parsed.goals if g.condition.args}
-    told = [m for m in meant_objects(words, request, scene) if m.stop and moved & set(m.ids)]
-    landmarks |= {id(t) for m in told for t in words[m.start : m.stop]}  # "the green neighbour of the red block"
-    about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
-    about |= {i for m in parsed.moves for i in (m.target, m.place)}
-    chosen = any(t.text == "either" for t in words) or left_open(words, request, scene, movable=True)
-    for start, end, ids in _mentions(words, scene):
-        if _aside(words, start) or (chosen and _alternative(words, start, end)):
-            continue
-        if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
-            named = request[words[start].start : words[end - 1].end]
-            title = f"the request names `{named}`, and the reply passes over it"
-            yield OpenPoint(
-                Diagnostic("E143", title, span_of(words[start:end], request), "no goal is about it",
-                           "say it again in other words, or leave it out", candidates=ids[:6])
-            )  # fmt: skip
-
-
-def _alternative(words: Sequence[Token], start: int, end: int) -> bool:
-    """Whether an "or" stands right before or behind what is named."""
-    return "or" in {t.text for t in (*words[max(0, start - 2) : start], *words[end : end + 2])}
-
-
-def _aside(words: Sequence[Token], start: int) -> bool:
-    """Whether what is named is only compared with, or declined: "on the same level as the red one", "no coke"."""
-    before = [t.text for t in words[max(0, start - 3) : start] if not lexicon().is_(t.text, "articles")]
-    return before[-1:] in (["as"], ["no"], ["of"]) and (before[-1] != "of" or "level" in before)
-
-
-def _states(words: Sequence[Token]) -> bool:
-    """Whether something is told ("object 3 is in the way"), and not only told apart ("that is nearer")."""
-    return any(b.text in {"is", "are"} and a.text not in {"that", "which", "who"} for a, b in pairwise(words))
-
-
-def _mentions(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, int, tuple[str, ...]]]:
-    """Where a text names things, and which they may be."""
-    occupied = {o.place for o in scene.map.objects}
-    for i in range(len(words)):
-        found = _named(words, i, scene) if i + 1 < len(words) and _numbered(words, i, scene) else None
-        if isinstance(found, Found) and len(found.ids) == 1:
-            (id_,) = found.ids
-            inner = {id_, *(p.id for p in scene.map.inside(id_))} if not scene[id_].movable else set()
-            if not inner & occupied:
-                yield i, i + 2, (id_,)
-        if words[i].text in scene.colours:
-            yield i, i + 1, tuple(e.id for e in scene.objects if words[i].text in e.colour)
-        for e in scene.objects:
-            size = len(e.id.split("_"))
-            text = " ".join(t.text for t in words[i : i + size])
-            if e.number is None and text == e.id.replace("_", " "):
-                yield i, i + size, (e.id,)
-
-
-def _concerns(id_: str, about: set[str], scene: Scene) -> bool:
-    """Whether the goals are about a thing, or about a place in it."""
-    if id_ in about:
-        return True
-    return not scene[id_].movable and any(a in {p.id for p in scene.map.inside(id_)} for a in about)
 
 
 def _relations(words: Sequence[Token], request: str, parsed: ParseResult) -> Iterator[OpenPoint]:
@@ -259,8 +158,8 @@ def _ordered(words: Sequence[Token], i: int) -> bool:
 def _points(
     words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene, said: frozenset[str]
 ) -> Iterator[OpenPoint]:
-    numbered = {i for i in range(len(words) - 1) if _numbered(words, i, scene)}
-    named = {e for i in numbered if isinstance(f := _named(words, i, scene), Found) for e in f.ids}
+    numbered = {i for i in range(len(words) - 1) if numbered(words, i, scene)}
+    named = {e for i in numbered if isinstance(f := named_by_number(words, i, scene), Found) for e in f.ids}
     moved = {a for g in goals for a in g.condition.args}
     own = {m.id for m in mentions_in(words, scene)}
     spoken_of = set(named)
@@ -268,29 +167,39 @@ def _points(
     among = set[str]()  # "the two blocks on the shelf ... the green one": of those two
     for i, t in enumerate(words):
         if i in numbered:
-            found = _named(words, i, scene)
+            found = named_by_number(words, i, scene)
             if isinstance(found, Fault) and found.code in {"E301", "E302"}:
                 yield OpenPoint(lacks(found, words[i : i + 2], request))
         if i in phrases:
             phrase = phrases[i]
             fits = tuple(f for f in _not_there_yet(phrase, goals, scene) if f not in _left_out(words, phrases, phrase))
             fits = tuple(f for f in fits if f in among) if len(among & set(fits)) == 1 else fits
+            meant = (
+                [f for p in phrases.values() if p.start < i for f in p.ids if f in fits]
+                if _means(words, phrase)
+                else []
+            )
+            fits = tuple(meant) or fits
             taken = (moved & set(fits)) or (said & set(fits))
             told_closer = phrase.vague and any(
                 p.count > 1 and not p.vague and set(p.ids) < set(phrase.ids) for p in phrases.values()
             )
-            if told_closer:
+            if told_closer or (phrase.many and _there_are(words, i)):
                 continue  # "a couple of things ..., so two of the green blocks"
             if len(phrase.ids) < phrase.count:
                 yield OpenPoint(too_few(words[i : phrase.end], request, phrase))
             elif (
                 (0 < len(taken) < len(fits) if phrase.vague else len(fits) > len(taken) == phrase.count)
-                and not (spoken_of & set(fits) or taken <= own or _told_later(phrase, phrases.values(), taken))
+                and not (
+                    spoken_of & set(fits) or taken <= own or _told_later(words, phrase, tuple(phrases.values()), taken)
+                )
                 and not left_open(words, request, scene, movable=True)
                 and not (i and words[i - 1].text in _BUT)
                 and not _explained(words, phrase.end)
-                and not told_apart(words, i, phrase.end, taken, fits, scene)
             ):
+                if told_apart(words, i, phrase.end, taken, fits, scene):
+                    spoken_of |= taken
+                    continue
                 told = several(words[i : phrase.end], request, fits, sorted(taken))
                 yield OpenPoint(told, next(iter(taken)) if len(taken) == 1 and taken <= moved else None)
             spoken_of |= set(fits) if len(fits) == 1 else set()
@@ -298,7 +207,7 @@ def _points(
         foreign = _foreign(words, i, scene)
         if foreign is not None and not _if(words, i) and not _vessel(words, i, moved, scene):
             yield OpenPoint(lacks(foreign, words[i : i + 2], request))
-        stands = _is_noun(words, i + 1, scene) or _hue_alone(words, i)
+        stands = is_noun(words, i + 1, scene) or _hue_alone(words, i)
         if t.text in _HUES | scene.colours and stands and not _if(words, i):
             parts = words[i : i + 1] if _hue_alone(words, i) else words[i : i + 2]
             hued: Found | Fault = resolve_objects(parts, scene, Talk())
@@ -323,13 +232,28 @@ def _left_out(words: Sequence[Token], phrases: Mapping[int, Meant], of: Meant) -
     return out
 
 
-def _told_later(phrase: Meant, phrases: Iterable[Meant], taken: Set[str]) -> bool:
+def _there_are(words: Sequence[Token], i: int) -> bool:
+    """ "There's a pair of yellows": what there is, and no order."""
+    before = [t.text for t in words[max(0, i - 2) : i]]
+    return before[-1:] == ["there"] or before in (["there", w] for w in ("is", "are", "were", "a"))
+
+
+def _told_later(words: Sequence[Token], phrase: Meant, phrases: Sequence[Meant], taken: Set[str]) -> bool:
     """ "Red and green would look nice together. Put the red one next to the green one on level 1": told closer behind
     it."""
     closer = [
         p.ids for p in phrases if p.start > phrase.start and len(p.ids) == p.count and set(p.ids) < set(phrase.ids)
     ]
-    return bool(taken) and any(taken <= set(ids) for ids in closer)
+    meant = [set(p.ids) for p in phrases if p.start > phrase.end and _means(words, p)]
+    return bool(taken) and (
+        any(taken <= set(ids) for ids in closer) or any(taken == m & set(phrase.ids) for m in meant)
+    )
+
+
+def _means(words: Sequence[Token], phrase: Meant) -> bool:
+    """ "The drink, I mean", "I'm talking about the drink"."""
+    near = [t.text for t in (*words[max(0, phrase.start - 3) : phrase.start], *words[phrase.end : phrase.end + 4])]
+    return bool({"mean", "meant", "meaning"} & set(near)) or ["talking", "about"] in [near[k : k + 2] for k in range(9)]
 
 
 def _vessel(words: Sequence[Token], i: int, moved: set[str], scene: Scene) -> bool:
@@ -414,27 +338,6 @@ def _not_there_yet(phrase: Meant, goals: Sequence[Goal], scene: Scene) -> tuple[
     moved = {g.condition.args[0] for g in goals if g.condition.name == "On"}
     left = tuple(i for i in phrase.ids if i in moved or not scene.within(where.get(i), place))
     return left if len(left) >= phrase.count else phrase.ids
-
-
-def _numbered(words: Sequence[Token], i: int, scene: Scene) -> bool:
-    """Whether "object 9" or "position 55" begins here: a word of ids, and a number that does not count something."""
-    stems = frozenset[str]().union(*(e.stem for e in (*scene.objects, *scene.places) if e.number is not None))
-    after = words[i + 1]
-    counts = i + 2 < len(words) and _is_noun(words, i + 2, scene)
-    return words[i].text in stems and after.number is not None and after.text != "one" and not counts
-
-
-def _named(words: Sequence[Token], i: int, scene: Scene) -> Found | Fault:
-    movable = any(words[i].text in e.stem for e in scene.objects)
-    resolve = resolve_objects if movable else resolve_places
-    return resolve(words[i : i + 2], scene, Talk())
-
-
-def _is_noun(words: Sequence[Token], i: int, scene: Scene) -> bool:
-    if i >= len(words) or not words[i].word:
-        return False
-    known = scene.word(words[i], True).text
-    return bool(known) and known not in scene.colours and scene.understood(known, True)
 
 
 def _hue_alone(words: Sequence[Token], i: int) -> bool:

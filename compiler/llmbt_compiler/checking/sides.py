@@ -142,7 +142,9 @@ def sideways(words: Sequence[Token], placed: Sequence[tuple[str, ...]], scene: S
 def _by_one(words: Sequence[Token], i: int) -> bool:
     """ "Over by one", and nothing behind it."""
     after = words[i + 1 : i + 4]
-    return [t.text for t in after[:2]] == ["by", "one"] and (len(after) < 3 or not after[2].word)
+    counted = [t.text for t in after[:2]] == ["by", "one"]
+    counted = counted or (len(after) > 1 and _count(after[0]) == 1 and after[1].text in _STEPS)
+    return counted and (len(after) < 3 or not after[2].word)
 
 
 def _count(t: Token) -> int:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from llmbt_atl.library import Library
-from llmbt_compiler.checking.request import OpenPoint
+from llmbt_compiler.checking.points import OpenPoint
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing import Goal, LabelledStep
 from llmbt_compiler.parsing.mentions import mentioned_in

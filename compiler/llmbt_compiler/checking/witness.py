@@ -12,8 +12,8 @@ from dataclasses import replace
 
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.choices import left_open
+from llmbt_compiler.checking.points import OpenPoint
 from llmbt_compiler.checking.referring import MASS, meant_objects, told_apart
-from llmbt_compiler.checking.request import OpenPoint
 from llmbt_compiler.checking.sentences import one_line
 from llmbt_compiler.parsing import Goal, LabelledStep, ParseResult, parse
 from llmbt_compiler.parsing.scene import Scene
@@ -47,6 +47,11 @@ def witnessed(
     words = tokens(line)
     phrases = [p for p in meant_objects(words, line, scene) if p.ids]
     moved = {g.condition.args[0] for g in goals if g.condition.args}
+    apart = [
+        moved & set(p.ids)
+        for p in phrases
+        if len(p.ids) > 1 and told_apart(words, p.start, p.end, sorted(moved & set(p.ids)), p.ids, scene)
+    ]
     for fault in second_reading(sentences, semantic_map, library).errors():
         sentence = next((s.text for s in sentences if fault.span is not None and s.number == fault.span.line), "")
         if fault.code == "E302" and fault.title.startswith(_TOO_FAR):
@@ -60,6 +65,11 @@ def witnessed(
             or left_open(words, line, scene, movable=True)
         ):
             continue
+        if set(taken) in apart:
+            continue
+        groups = [set(p.ids) for p in phrases if len(p.ids) == p.count > 1]
+        if any(group & set(fault.candidates) == set(taken) for group in groups):
+            continue  # "the two greens on the shelf: the front one ..."
         if any(set(p.ids) < set(fault.candidates) and len(p.ids) <= len(taken) for p in phrases):
             continue  # "the green block on the shelf": its place tells
         title = f"{fault.title}, and the reply takes {', '.join(taken)} without asking"

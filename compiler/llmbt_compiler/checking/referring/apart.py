@@ -29,7 +29,9 @@ def told_apart(
         return bool(there) and there == set(taken)
 
     at = end
-    while at < len(words) and (words[at].text in _BETWEEN | STANDING or _names(words[at], scene)):
+    while at < len(words) and (
+        words[at].text in _BETWEEN | STANDING or _names(words[at], scene) or words[at].text.endswith("ing")
+    ):
         at += 1
     if end < at < len(words) and words[at].text in AT and tells(place_named(words, at + 1, scene)[0]):
         return True

@@ -30,8 +30,10 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
     single: set[str] = set()
     earlier = _pointed_at(words, scene, where)
     group: tuple[str, ...] = ()
+    named = {m.end: m.id for m in mentions_in(words, scene) if scene[m.id].number is not None and scene[m.id].movable}
     for i, t in enumerate(words):
         before |= earlier.get(i, set())
+        single |= {named[i]} if i in named else set()
         found = (
             several(words, i, scene, where)
             or some_of(words, i, scene, where)

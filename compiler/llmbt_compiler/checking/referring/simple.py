@@ -78,7 +78,7 @@ def something_compared(
     if words[i].text not in {"something", "one"} or (words[i].text == "one" and i and words[i - 1].text != ","):
         return None
     found = compared(words, i + 1, i + 1, line, scene, where)
-    return replace(found, start=i) if found is not None and found.ids else None
+    return replace(found, start=i) if found is not None and (found.ids or found.stop) else None
 
 
 def told_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:

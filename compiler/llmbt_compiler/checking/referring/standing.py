@@ -44,6 +44,8 @@ def standing_there(
     if rest and rest[0].text in AT:
         end = next((k for k, t in enumerate(rest[1:]) if t.text in ENDING), len(rest) - 1)
         for length in range(min(6, end), 0, -1):
+            if not (rest[length].word or rest[length].number is not None):
+                continue
             place = resolve_places(rest[1 : 1 + length], scene, Talk())
             if isinstance(place, Found) and len(place.ids) == 1 and place.ids[0] in {p.id for p in scene.places}:
                 there = tuple(o for o in ids if scene.within(where.get(o), place.ids[0]))
@@ -115,6 +117,8 @@ def tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     if along(words, at):
         return True
     if at >= len(words) or words[at].text not in TELLING or uncheckable(words, at, scene):
+        return False
+    if [t.text for t in words[at : at + 2]] in (["i", "mean"], ["i", "meant"]):
         return False
     if words[at].text == "with":  # "swap the red block with the white one"
         return not (at + 1 < len(words) and words[at + 1].text in POINTING and noun(words, at + 1, scene))
