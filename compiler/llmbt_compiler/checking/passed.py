@@ -79,8 +79,8 @@ def passed_over(
         if not landmarks & {id(t) for t in words[start:end]} and not any(_concerns(i, about, scene) for i in ids):
             rival = _said_to_be(words, start, scene)
             if rival is not None:
-                told = several(words[start:end], request, tuple(sorted({rival, *ids}, key=natural)), [rival])
-                yield OpenPoint(told, rival)
+                both = tuple(sorted({rival, *ids}, key=natural))
+                yield OpenPoint(several(words[start:end], request, both, [rival]), rival)
                 continue
             named = request[words[start].start : words[end - 1].end]
             title = f"the request names `{named}`, and the reply passes over it"

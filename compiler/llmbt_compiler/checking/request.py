@@ -158,15 +158,15 @@ def _ordered(words: Sequence[Token], i: int) -> bool:
 def _points(
     words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene, said: frozenset[str]
 ) -> Iterator[OpenPoint]:
-    numbered = {i for i in range(len(words) - 1) if numbered(words, i, scene)}
-    named = {e for i in numbered if isinstance(f := named_by_number(words, i, scene), Found) for e in f.ids}
+    ids = {i for i in range(len(words) - 1) if numbered(words, i, scene)}
+    named = {e for i in ids if isinstance(f := named_by_number(words, i, scene), Found) for e in f.ids}
     moved = {a for g in goals for a in g.condition.args}
     own = {m.id for m in mentions_in(words, scene)}
     spoken_of = set(named)
     phrases = {m.start: m for m in meant_objects(words, request, scene)}
     among = set[str]()  # "the two blocks on the shelf ... the green one": of those two
     for i, t in enumerate(words):
-        if i in numbered:
+        if i in ids:
             found = named_by_number(words, i, scene)
             if isinstance(found, Fault) and found.code in {"E301", "E302"}:
                 yield OpenPoint(lacks(found, words[i : i + 2], request))
