@@ -53,6 +53,9 @@ _NEVER = frozenset(
     {("under", "no", "circumstances"), ("on", "no", "account"), ("in", "no", "case"), ("at", "no", "time")}
 )
 _OUT = frozenset({"out", "from", "off", "away", "down"})
+_LIFTING = frozenset({"lift", "lifting", "pick", "picking", "grasp", "grasping", "grip", "gripping"})
+_TAKING = frozenset({"take", "taking", "remove", "removing"})
+_PERSONS = frozenset({"i", "we", "he", "she", "they", "having", "to"})
 _NOT = frozenset(
     {"not", "dont", "doesnt", "never", "without", "cannot", "cant", "mustnt", "longer", "shouldnt", "wont", "isnt"}
 )
@@ -180,6 +183,7 @@ def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str 
             continue
         yield from _said_to_stay(words, i, line, scene, where)
         yield from _left_alone(words, i, scene, where)
+        yield from _not_lifted(words, i, end, scene, where)
         behind = phrase_at(words, i, "staying", "behind")
         goes_on = behind and behind < end and words[behind].word and words[behind].text not in _BEHIND
         if behind and not goes_on and words[i].text not in _STAYING and _place(words, behind, end, scene)[0] is None:
@@ -249,6 +253,28 @@ def _left_alone(words: Sequence[Token], i: int, scene: Scene, where: dict[str, s
         yield _Kept(ids, i, end, place)
     elif {"where", "alone", "untouched", "be", "undisturbed", "put", "peace"} & set(after[stop - i - 2 :]):
         yield _Kept(ids, i, end)
+
+
+def _not_lifted(
+    words: Sequence[Token], i: int, end: int, scene: Scene, where: dict[str, str | None]
+) -> Iterator[_Kept]:
+    """ "Don't take it off the table", "without lifting it": what is not to be lifted goes nowhere. Not where a manner
+    follows ("don't grip it too hard"), or it is somebody else who does not."""
+    begin, _ = sentence_at(words, i)
+    before = {w.text for w in words[max(begin, i - 4) : i]}
+    if words[i].text not in _LIFTING | _TAKING or not before & _NOT or before & _PERSONS:
+        return
+    at = i + 1 + int([w.text for w in words[i + 1 : i + 2]] == ["up"])
+    found = (object_at(words, at, scene, where) or pointed_back(words, at, scene, where)) if at < end else None
+    if found is None:
+        return
+    stop = found[1]
+    off = stop < end and words[stop].text in _OUT
+    while stop < end and words[stop].text in _OUT | {"up", "at", "all"}:
+        stop += 1
+    ends = stop >= end or not words[stop].word or words[stop].text in {"while", "and", "but", "or", "in", "doing"}
+    if off or (words[i].text in _LIFTING and ends):
+        yield _Kept(found[2], i, stop)
 
 
 def _denied(words: Sequence[Token], begin: int, i: int, end: int) -> bool:
