@@ -16,6 +16,7 @@ from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic
 from llmbt_ir.semantic_map import SemanticMap
@@ -60,6 +61,7 @@ _NOT = frozenset(
     {"not", "dont", "doesnt", "never", "without", "cannot", "cant", "mustnt", "longer", "shouldnt", "wont", "isnt"}
 )
 _LATER = frozenset({"until", "till", "if", "unless", "or", "then", "after", "afterwards", "once", "first", "when"})
+_THREAT = frozenset({"there", "therell", "else", "otherwise", "ill", "shell", "hell", "theyll", "youll", "itll"})
 _THERE = frozenset({"there", "in", "that", "thats", "is", "already", "on", "it", "standing", "sitting", "now"})
 _STANDING = frozenset({"stay", "stand", "remain", "sit"})
 _IN = frozenset({"in", "on", "at", "inside"})
@@ -131,7 +133,7 @@ def _closed(words: Sequence[Token], line: str, scene: Scene) -> Iterator[tuple[s
     named |= {k: (k + 1, p) for k in range(len(words)) for p in here_named(words, k, scene)}
     for start, (end, place) in sorted(named.items()):
         begin, stop = sentence_at(words, start)
-        if any(w.text in _LATER for w in words[begin:stop]):
+        if _only_later(words, begin, stop):
             continue
         free = phrase_at(words, end, "staying", "empty_behind")
         free = free if _empty(words, free) or _empty(words, free + 1) else 0
@@ -143,6 +145,14 @@ def _closed(words: Sequence[Token], line: str, scene: Scene) -> Iterator[tuple[s
         kept = _empty(words, end + adverb) and any(t.text in _KEEPING for t in words[max(begin, start - 3) : start])
         if free or closed or kept or before is not None:
             yield place, before if before is not None else start, max(free, closed, end)
+
+
+def _only_later(words: Sequence[Token], begin: int, end: int) -> bool:
+    """Whether a sentence speaks of a time, a condition or a choice; "or there'll be trouble" is none."""
+    return any(
+        t.text in _LATER and not (t.text == "or" and {w.text for w in words[k + 1 : k + 2]} & _THREAT)
+        for k, t in enumerate(words[begin:end], begin)
+    )
 
 
 def _empty(words: Sequence[Token], at: int) -> bool:
@@ -163,7 +173,7 @@ def _wanted_there(
         if place.id != here or not led or kept.start <= place.start <= kept.end:
             continue
         begin = kept.end if begin <= kept.start < place.start else begin
-        if any(t.text in _LATER for t in words[begin:end]):
+        if _only_later(words, begin, end):
             continue
         named = {m.id for m in mentions_in(words, scene) if begin <= m.start < place.start and scene[m.id].movable}
         named |= {i for m in meant_objects(words, line, scene) if begin <= m.start < place.start for i in m.ids}
@@ -179,7 +189,7 @@ def _at(place: str, allowed: str, scene: Scene) -> bool:
 def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str | None]) -> Iterator[_Kept]:
     for i in range(len(words)):
         begin, end = sentence_at(words, i)
-        if any(w.text in _LATER for w in words[begin:end]):
+        if _only_later(words, begin, end):
             continue
         yield from _said_to_stay(words, i, line, scene, where)
         yield from _left_alone(words, i, scene, where)
@@ -245,8 +255,9 @@ def _left_alone(words: Sequence[Token], i: int, scene: Scene, where: dict[str, s
         while k < end and words[k].text in _THERE:
             k += 1
         rest = [w.text for w in words[k : k + 2]]
+        beside = any(k < r.start < end for r in relations(words))  # "let it stand on the right of the green one"
         if (rest[:1] == ["be"] and rest[1:] in ([], ["."], [","], ["!"])) or (
-            rest[:1] and rest[0] in _STANDING and not place
+            rest[:1] and rest[0] in _STANDING and not place and not beside
         ):
             yield _Kept(ids, i, k)
     elif place is not None and all(scene.within(where.get(o), place) for o in ids) and "where" not in after:

@@ -75,7 +75,7 @@ def _things(words: Sequence[Token], i: int, line: str, scene: Scene, where: dict
     spans = [(m.start, m.end, m.ids) for m in meant_objects(words[:i], line, scene)]
     spans += [(m.start, m.end, (m.id,)) for m in mentions_in(words[:i], scene) if scene[m.id].movable]
     for k in range(i):
-        found = _occupant(words, k, scene, where)
+        found = _occupant(words, k, scene, where) or _all_standing(words, k, scene, where)
         if found is None and lexicon().is_(words[k].text, "definite"):
             mark = landmark(words[:i], k, scene)
             found = (k, mark.end, mark.ids) if mark is not None and mark.ids and scene[mark.ids[0]].movable else None
