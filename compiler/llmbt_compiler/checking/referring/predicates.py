@@ -64,6 +64,7 @@ def _which(words: Sequence[Token], i: int, line: str, scene: Scene, where: dict[
     """ "Whichever of the yellow blocks on the shelf is (further left)"."""
     stop = min(len(words), i + _LONGEST)
     verb = next((k for k in range(i + 1, stop) if words[k].text in _BEING), None)
+    verb = i if words[i].owner else verb  # "whatever's furthest left"
     if verb is None or any(not t.word for t in words[i + 1 : verb]):
         return None
     rank = _rank_at(words, verb + 1)
