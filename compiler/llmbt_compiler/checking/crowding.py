@@ -191,7 +191,8 @@ def _on_one(
         return
     joined = all({t.text for t in words[a.end : b.start]} <= _JOINING for a, b in pairwise(named))
     ids = tuple(dict.fromkeys(i for n in named for i in n.ids))
-    if joined and len(ids) > 1 and named[-1].end <= places[0].start and all(len(n.ids) == n.count for n in named):
+    it = any(t.text == "it" for t in words[named[-1].end : places[0].start]) if named else False
+    if joined and not it and len(ids) > 1 and named[-1].end <= places[0].start and all(len(n.ids) == n.count for n in named):
         title = f"{places[0].ids[0]} takes one thing at a time, and the request wants {', '.join(ids)} there"
         span = span_of(words[named[0].start : places[0].end], line)
         yield Diagnostic("E308", title, span, "too many", "take another place")
@@ -226,7 +227,14 @@ def _all_on_single(words: Sequence[Token], line: str, begin: int, end: int, scen
     if said & (_OTHERWISE - {"then", "from", "not", "where"}) or lexicon().function["negation"] & said:
         return
     at = next(
-        (k for k in range(begin, end) if words[k].text in _TOGETHER and _on_single(words, k + 1, end, scene)), None
+        (
+            k
+            for k in range(begin, end)
+            if words[k].text in _TOGETHER
+            and [t.text for t in words[max(0, k - 2) : k]] != ["of", "the"]  # "the middle one of the three"
+            and _on_single(words, k + 1, end, scene)
+        ),
+        None,
     )
     if at is not None:
         title = "a position takes one thing at a time, and the request wants more of them on one"

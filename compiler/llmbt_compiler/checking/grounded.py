@@ -207,6 +207,8 @@ def _place(said: _Request, thing: str, place: str, wanted: bool) -> bool:
 def _open_place(said: _Request) -> bool:
     """ "A free level", "the other side", "another place"."""
     for a, b in pairwise(said.words):
+        if a.text == "nothing" and b.text in {"on", "in"}:
+            return True  # "the level with nothing on it"
         place = bool(said.scene.word(b, False).text)
         free = lexicon().is_(b.text, "vacant") or (place and not said.scene.word(b, True).text)
         if (a.text in _OPEN and free) or (lexicon().is_(a.text, "vacant") and place):

@@ -27,16 +27,16 @@ _SOME = frozenset({"something", "whatever", "odd", "someth", "whatsit", "ish"})
 def the_other(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """ "Objects 5 and 6 are here, only one of them stays. The other goes on 21": which of the two goes?"""
     moved = {g.condition.args[0] for g in goals if g.condition.args}
-    named = [m for m in mentions_in(words, scene) if scene[m.id].movable]
+    named = tuple(m for m in mentions_in(words, scene) if scene[m.id].movable)
     for i in range(len(words) - 2):
         if [t.text for t in words[i : i + 2]] != ["the", "other"] or words[i + 2].text not in _GOES_ON:
             continue
-        before = [m for m in named if m.start < i]
+        before = list(dict.fromkeys(m for m in named if m.start < i))
         pair = tuple(dict.fromkeys(m.id for m in before))
         taken = sorted(moved & set(pair))
         if len(before) != 2 or len(pair) != 2 or len(taken) != 1 or any(m.id in pair for m in named if m.start > i):
             continue
-        joint = {t.text for k, t in enumerate(words[before[0].end : before[1].start])}
+        joint = {t.text for t in words[before[0].end : before[1].start]}
         between = words[before[1].end : i]
         if joint & _JOINING and not joint & ENDS and _leaves_open(between, scene):
             yield OpenPoint(several(words[i : i + 2], request, pair, taken), taken[0])
@@ -56,17 +56,15 @@ def half_numbered(words: Sequence[Token], request: str, goals: Sequence[Goal], s
     placed = {g.condition.args[1] for g in goals if len(g.condition.args) > 1}
     for i in range(len(words) - 2):
         number = words[i + 1].number
-        if number is None or not number.isdecimal() or not any(words[i].text in p.stem for p in scene.places):
+        noun = scene.word(words[i], False).text
+        kind = [p for p in scene.places if noun and p.number is not None and scene.fits(p, noun)]
+        if number is None or not number.isdecimal() or not kind:
             continue
         k = i + 2 + int(words[i + 2].text in {"-", "point", "and"})
         if k >= len(words) or words[k].text not in _SOME:
             continue
         digits = number[0] if len(number) == 2 and number.endswith("0") else number
-        ids = tuple(
-            sorted(
-                (p.id for p in scene.places if words[i].text in p.stem and _begins(p.number, digits)), key=natural
-            )
-        )
+        ids = sorted((p.id for p in kind if _begins(p.number, digits)), key=natural)
         free = tuple(p for p in ids if p not in held)
         taken = sorted(placed & set(free))
         if len(free) > 1 and len(taken) == 1:

@@ -108,6 +108,9 @@ def _alternative(words: Sequence[Token], start: int, end: int) -> bool:
 def _aside(words: Sequence[Token], start: int) -> bool:
     """Whether what is named is only compared with, or declined: "on the same level as the red one", "no coke"."""
     before = [t.text for t in words[max(0, start - 3) : start] if not lexicon().is_(t.text, "articles")]
+    after = [t.text for t in words[start + 1 : start + 4]]
+    if before[-1:] == ["with"] and {"on", "in"} & set(after) and {"it", "there"} & set(after):
+        return True  # "the level with the red block on it"
     return before[-1:] in (["as"], ["no"], ["of"]) and (before[-1] != "of" or "level" in before)
 
 

@@ -62,6 +62,8 @@ def _named(parts: Sequence[Token], scene: Scene) -> str | None:
         return None
     if lexicon().is_(parts[0].text, "articles", "at", "from", "all") or not any(t.word for t in parts):
         return None
+    if parts[-1].text == "one" and not any(t.text in e.stem for t in parts for e in (*scene.objects, *scene.places)):
+        return None  # "only one", "the green one"
     spelt = _spelt(parts)
     for pool in (scene.objects, scene.places):
         hits = [e for e in pool if spelt in e.keys]
