@@ -62,8 +62,8 @@ def _named(parts: Sequence[Token], scene: Scene) -> str | None:
         return None
     if lexicon().is_(parts[0].text, "articles", "at", "from", "all") or not any(t.word for t in parts):
         return None
-    if parts[-1].text == "one" and not any(t.text in e.stem for t in parts for e in (*scene.objects, *scene.places)):
-        return None  # "only one", "the green one"
+    if _counts(parts, scene):
+        return None
     spelt = _spelt(parts)
     for pool in (scene.objects, scene.places):
         hits = [e for e in pool if spelt in e.keys]
@@ -75,6 +75,12 @@ def _named(parts: Sequence[Token], scene: Scene) -> str | None:
     return ids[0] if len(ids) == 1 else None
 
 
+def _counts(parts: Sequence[Token], scene: Scene) -> bool:
+    """Whether "one" is no name's number: "only one", "the green one"."""
+    every = (*scene.objects, *scene.places)
+    return parts[-1].text == "one" and not any(t.text in e.stem for t in parts for e in every)
+
+
 def _spelt(parts: Sequence[Token]) -> str:
     return " ".join(t.number if t.number is not None else t.text for t in parts)
 
@@ -83,6 +89,8 @@ def _lists(words: Sequence[Token], scene: Scene, known: set[tuple[int, str]]) ->
     """ "Object 1, 2 or 4", "level 1 or 2": the numbers after a noun that has one already."""
     for i, t in enumerate(words):
         if not t.word or t.number is not None or i + 1 >= len(words) or words[i + 1].number is None:
+            continue
+        if _counts(words[i : i + 2], scene):
             continue
         j = i + 1
         while j < len(words) and (words[j].text in {",", "or", "and"} or words[j].number is not None):

@@ -65,7 +65,8 @@ def entered_beside(
     if of is None or mark is None or len(mark.ids) != 1 or not mark.end <= i <= mark.end + 3:
         return None
     between = {t.text for t in words[mark.end : i]}
-    if not between & _ENTERING or not between <= _ENTERING | {"there", ","}:
+    theres = any(t.owner and t.text == "there" for t in words[mark.end : i])
+    if not (theres or between & _ENTERING) or not between <= _ENTERING | {"there", ","}:
         return None
     some = words[i].text == "something"
     end = i + 1 if some else noun(words, i, scene) if lexicon().is_(words[i].text, "articles") else 0
