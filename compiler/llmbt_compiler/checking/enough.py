@@ -16,7 +16,7 @@ from llmbt_compiler.parsing.words import Token
 __all__ = ["Lacking", "not_enough"]
 
 _AGAIN = frozenset({"another", "second", "further", "additional", "extra"})
-_GIVING = frozenset({"hand", "give", "pass", "bring", "fetch", "serve"})
+_GIVING = frozenset({"hand", "give", "pass", "bring", "fetch", "serve", "carry"})
 _MARKS = frozenset({",", ";", "and"})
 
 
@@ -68,8 +68,9 @@ def _nobody(words: Sequence[Token], scene: Scene) -> Iterator[Lacking]:
     if scene.persons or placed or any(t.digits for t in words):
         return
     for i, t in enumerate(words[:-1]):
-        given = t.text in _GIVING and words[i + 1].text in {"me", "us"}
-        if given or (t.text == "to" and words[i + 1].text in {"me", "us"}):
+        before = {w.text for w in words[max(0, i - 4) : i]}
+        to_me = words[i + 1].text in {"me", "us"} and (t.text in _GIVING or (t.text == "to" and before & _GIVING))
+        if to_me:
             yield Lacking(i, i + 2, "nobody is on the map, to whom something could be brought")
             return
 

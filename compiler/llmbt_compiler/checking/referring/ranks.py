@@ -57,7 +57,7 @@ def ranked(
     core = [t for t in of.core if t.text != "one" and t.text not in STRESSING]
     if not core and not group:
         told = _predicated(words, start, scene, where)
-        group = told or group
+        group = told or group or _group_before(words, start, scene, where)
     stop_of = of.stop
     if not core and [t.text for t in words[of.stop : of.stop + 1]] == ["of"]:
         group, stop_of = _group_behind(words, of.stop + 1, scene, where)
@@ -87,6 +87,14 @@ def _group_behind(
         if isinstance(found, Found) and not found.corrected:
             return standing_there(words, end, found.ids, scene, where)
     return (), at
+
+
+def _group_before(words: Sequence[Token], start: int, scene: Scene, where: dict[str, str | None]) -> tuple[str, ...]:
+    """ "Of the blocks in the sorting area, set (the biggest) on level 2"."""
+    begin, _ = sentence_at(words, start)
+    led = begin < start and words[begin].text in {"of", "among", "amongst", "from"}
+    group, stop = _group_behind(words, begin + 1, scene, where) if led else ((), begin)
+    return group if stop <= start else ()
 
 
 def _predicated(words: Sequence[Token], start: int, scene: Scene, where: dict[str, str | None]) -> tuple[str, ...]:
