@@ -34,6 +34,8 @@ _OTHERWISE = frozenset({
 _SHARING = frozenset({"share", "shares", "sharing", "shared"})
 _TOGETHER = frozenset({"both", "two", "three", "four", "five", "six", "pair"})
 _AT_ONCE = frozenset({"as", "well", "same", "time", "once", "simultaneously"})
+_WANTING = frozenset({"want", "have", "need", "keep", "leave", "should", "must", "like", "has", "needs", "wanted"})
+_ALSO = frozenset({"also", "still", "too", "well", "simultaneously", "same", "once", "both"})
 _PILES = frozenset({"tower", "pyramid", "stack", "pile", "column", "turret"})
 _BUILDING = frozenset({"build", "make", "form", "construct", "erect", "create", "assemble", "building", "making"})
 _EXCEPTING = frozenset({"but", "except", "apart", "besides", "else", "other", "than", "without"})
@@ -165,9 +167,20 @@ def _in_two(
         between = {t.text for t in words[a.end : b.start]}
         apart = not (scene.within(a.ids[0], b.ids[0]) or scene.within(b.ids[0], a.ids[0]))
         joined = between & {"and", "plus", "also", "well"} and between <= _JOINING | _ONTO | _AT_ONCE
-        if a.led and joined and apart:
+        if a.led and (joined or _still_wanted(words, a, b, named[0], scene)) and apart:
             title = f"the request contradicts itself: {named[0].ids[0]} would be in two places: {a.ids[0]}, {b.ids[0]}"
             yield Diagnostic("E343", title, span_of(words[a.start : b.end], line), "two places", "name one of them")
+
+
+def _still_wanted(words: Sequence[Token], a: _Named, b: _Named, thing: _Named, scene: Scene) -> bool:
+    """ "Object 5 on position 13, and I also want it in the sorting area still": another place for the same thing, at
+    the same time; the first is not where it stands anyway."""
+    between = [t.text for t in words[a.end : b.start]]
+    here = next((o.place for o in scene.map.objects if o.id == thing.ids[0]), None)
+    _, end = sentence_at(words, a.start)
+    also = set(between) | {t.text for t in words[b.end : min(end, b.end + 5)]}
+    plainly = b.led and thing.start < a.start and "it" in between and set(between) & {"and", "but", "while"}
+    return bool(plainly and set(between) & _WANTING and also & _ALSO) and not scene.within(here, a.ids[0])
 
 
 def _on_one(

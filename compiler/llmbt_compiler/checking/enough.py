@@ -9,14 +9,21 @@ from dataclasses import dataclass
 from llmbt_compiler.checking.referring import Meant
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.mentions import mentions_in
+from llmbt_compiler.parsing.names import Found, Talk
+from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import relations
-from llmbt_compiler.parsing.words import Token
+from llmbt_compiler.parsing.words import Token, lexicon, singulars
 
 __all__ = ["Lacking", "not_enough"]
 
 _AGAIN = frozenset({"another", "second", "further", "additional", "extra"})
 _GIVING = frozenset({"hand", "give", "pass", "bring", "fetch", "serve", "carry"})
+_FILLING = frozenset({"fill", "filled", "occupy", "cover", "pack", "stuff"})
+_WHOLLY = frozenset({
+    "completely", "entirely", "fully", "wholly", "totally", "whole", "each", "every", "full", "brim", "all", "end",
+})  # fmt: skip
+_SLOTS = frozenset({"slot", "position", "spot", "place", "space"})
 _MARKS = frozenset({",", ";", "and"})
 
 
@@ -35,6 +42,7 @@ def not_enough(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -
     yield from _another(words, phrases, scene)
     yield from _no_gap(words, scene)
     yield from _nobody(words, scene)
+    yield from _filled(words, scene)
 
 
 def _row_of(place: str, scene: Scene) -> tuple[str, ...]:
@@ -89,3 +97,48 @@ def _no_gap(words: Sequence[Token], scene: Scene) -> Iterator[Lacking]:
         a, b = (row.index(m.id) if m.id in row else -9 for m in at)
         if a >= 0 and b >= 0 and abs(a - b) == 1:
             yield Lacking(relation.start, at[1].end, f"{at[0].id} and {at[1].id} are next to each other")
+
+
+def _filled(words: Sequence[Token], scene: Scene) -> Iterator[Lacking]:
+    """ "Fill level 2 completely with greens", "a green block on every position of level 2", where there are fewer."""
+    for i, t in enumerate(words):
+        begin, end = sentence_at(words, i)
+        said = [w.text for w in words[begin:end]]
+        wholly = bool(set(said) & _WHOLLY)
+        if t.text in _FILLING and wholly:
+            place, stop = _container_in(words, i + 1, end, scene)
+            led = next((k for k in range(stop, end) if words[k].text == "with"), None)
+            kind = _kind_at(words, led + 1, scene) if place is not None and led is not None else ()
+            first = i
+        elif t.text in {"every", "each"} and i + 1 < end and set(singulars(words[i + 1].text)) & _SLOTS:
+            place, stop = _container_in(words, i + 2, end, scene)
+            articles = [k for k in range(begin, i) if words[k].text in {"a", "one"}]
+            first = articles[-1] if articles else i
+            kind = _kind_at(words, first, scene) if articles and first >= i - 5 else ()
+        else:
+            continue
+        if place is None or not kind or "or" in said:
+            continue
+        slots = {p.id for p in scene.map.inside(place) if scene.single(p.id)}
+        others = {o.place for o in scene.map.objects if o.place in slots and o.id not in kind}
+        if slots and len(kind) < len(slots) - len(others):
+            there = f"there are only {len(kind)} of them for {len(slots) - len(others)} positions"
+            yield Lacking(first, max(stop, i + 1), there, kind)
+            return
+
+
+def _container_in(words: Sequence[Token], at: int, end: int, scene: Scene) -> tuple[str | None, int]:
+    """The first place named here that has positions in it."""
+    named = (m for m in mentions_in(words[:end], scene) if m.start >= at and not scene[m.id].movable)
+    return next(((m.id, m.end) for m in named if any(scene.map.inside(m.id))), (None, end))
+
+
+def _kind_at(words: Sequence[Token], at: int, scene: Scene) -> tuple[str, ...]:
+    """All things of the kind that is named here: "(with) green blocks", "greens", "a yellow one"."""
+    k = at
+    while k < len(words) and (lexicon().is_(words[k].text, "articles") or words[k].text in {"one", "all"}):
+        k += 1
+    stop = next((n for n in range(k, min(len(words), k + 4)) if not scene.word(words[n], True).text), k)
+    parts = [t for t in words[k:stop] if t.text not in {"one", "ones"}]
+    found = resolve_objects((Token("all", parts[0].start, parts[0].start), *parts), scene, Talk()) if parts else None
+    return found.ids if isinstance(found, Found) and not found.corrected else ()

@@ -16,6 +16,7 @@ from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Found, Talk
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic
 from llmbt_ir.semantic_map import SemanticMap
@@ -53,10 +54,14 @@ _NEVER = frozenset(
     {("under", "no", "circumstances"), ("on", "no", "account"), ("in", "no", "case"), ("at", "no", "time")}
 )
 _OUT = frozenset({"out", "from", "off", "away", "down"})
+_LIFTING = frozenset({"lift", "lifting", "pick", "picking", "grasp", "grasping", "grip", "gripping"})
+_TAKING = frozenset({"take", "taking", "remove", "removing"})
+_PERSONS = frozenset({"i", "we", "he", "she", "they", "having", "to"})
 _NOT = frozenset(
     {"not", "dont", "doesnt", "never", "without", "cannot", "cant", "mustnt", "longer", "shouldnt", "wont", "isnt"}
 )
 _LATER = frozenset({"until", "till", "if", "unless", "or", "then", "after", "afterwards", "once", "first", "when"})
+_THREAT = frozenset({"there", "therell", "else", "otherwise", "ill", "shell", "hell", "theyll", "youll", "itll"})
 _THERE = frozenset({"there", "in", "that", "thats", "is", "already", "on", "it", "standing", "sitting", "now"})
 _STANDING = frozenset({"stay", "stand", "remain", "sit"})
 _IN = frozenset({"in", "on", "at", "inside"})
@@ -128,7 +133,7 @@ def _closed(words: Sequence[Token], line: str, scene: Scene) -> Iterator[tuple[s
     named |= {k: (k + 1, p) for k in range(len(words)) for p in here_named(words, k, scene)}
     for start, (end, place) in sorted(named.items()):
         begin, stop = sentence_at(words, start)
-        if any(w.text in _LATER for w in words[begin:stop]):
+        if _only_later(words, begin, stop):
             continue
         free = phrase_at(words, end, "staying", "empty_behind")
         free = free if _empty(words, free) or _empty(words, free + 1) else 0
@@ -140,6 +145,14 @@ def _closed(words: Sequence[Token], line: str, scene: Scene) -> Iterator[tuple[s
         kept = _empty(words, end + adverb) and any(t.text in _KEEPING for t in words[max(begin, start - 3) : start])
         if free or closed or kept or before is not None:
             yield place, before if before is not None else start, max(free, closed, end)
+
+
+def _only_later(words: Sequence[Token], begin: int, end: int) -> bool:
+    """Whether a sentence speaks of a time, a condition or a choice; "or there'll be trouble" is none."""
+    return any(
+        t.text in _LATER and not (t.text == "or" and {w.text for w in words[k + 1 : k + 2]} & _THREAT)
+        for k, t in enumerate(words[begin:end], begin)
+    )
 
 
 def _empty(words: Sequence[Token], at: int) -> bool:
@@ -160,7 +173,7 @@ def _wanted_there(
         if place.id != here or not led or kept.start <= place.start <= kept.end:
             continue
         begin = kept.end if begin <= kept.start < place.start else begin
-        if any(t.text in _LATER for t in words[begin:end]):
+        if _only_later(words, begin, end):
             continue
         named = {m.id for m in mentions_in(words, scene) if begin <= m.start < place.start and scene[m.id].movable}
         named |= {i for m in meant_objects(words, line, scene) if begin <= m.start < place.start for i in m.ids}
@@ -176,10 +189,11 @@ def _at(place: str, allowed: str, scene: Scene) -> bool:
 def _kept(words: Sequence[Token], line: str, scene: Scene, where: dict[str, str | None]) -> Iterator[_Kept]:
     for i in range(len(words)):
         begin, end = sentence_at(words, i)
-        if any(w.text in _LATER for w in words[begin:end]):
+        if _only_later(words, begin, end):
             continue
         yield from _said_to_stay(words, i, line, scene, where)
         yield from _left_alone(words, i, scene, where)
+        yield from _not_lifted(words, i, end, scene, where)
         behind = phrase_at(words, i, "staying", "behind")
         goes_on = behind and behind < end and words[behind].word and words[behind].text not in _BEHIND
         if behind and not goes_on and words[i].text not in _STAYING and _place(words, behind, end, scene)[0] is None:
@@ -241,14 +255,37 @@ def _left_alone(words: Sequence[Token], i: int, scene: Scene, where: dict[str, s
         while k < end and words[k].text in _THERE:
             k += 1
         rest = [w.text for w in words[k : k + 2]]
+        beside = any(k < r.start < end for r in relations(words))  # "let it stand on the right of the green one"
         if (rest[:1] == ["be"] and rest[1:] in ([], ["."], [","], ["!"])) or (
-            rest[:1] and rest[0] in _STANDING and not place
+            rest[:1] and rest[0] in _STANDING and not place and not beside
         ):
             yield _Kept(ids, i, k)
     elif place is not None and all(scene.within(where.get(o), place) for o in ids) and "where" not in after:
         yield _Kept(ids, i, end, place)
     elif {"where", "alone", "untouched", "be", "undisturbed", "put", "peace"} & set(after[stop - i - 2 :]):
         yield _Kept(ids, i, end)
+
+
+def _not_lifted(
+    words: Sequence[Token], i: int, end: int, scene: Scene, where: dict[str, str | None]
+) -> Iterator[_Kept]:
+    """ "Don't take it off the table", "without lifting it": what is not to be lifted goes nowhere. Not where a manner
+    follows ("don't grip it too hard"), or it is somebody else who does not."""
+    begin, _ = sentence_at(words, i)
+    before = {w.text for w in words[max(begin, i - 4) : i]}
+    if words[i].text not in _LIFTING | _TAKING or not before & _NOT or before & _PERSONS:
+        return
+    at = i + 1 + int([w.text for w in words[i + 1 : i + 2]] == ["up"])
+    found = (object_at(words, at, scene, where) or pointed_back(words, at, scene, where)) if at < end else None
+    if found is None:
+        return
+    stop = found[1]
+    off = stop < end and words[stop].text in _OUT
+    while stop < end and words[stop].text in _OUT | {"up", "at", "all"}:
+        stop += 1
+    ends = stop >= end or not words[stop].word or words[stop].text in {"while", "and", "but", "or", "in", "doing"}
+    if off or (words[i].text in _LIFTING and ends):
+        yield _Kept(found[2], i, stop)
 
 
 def _denied(words: Sequence[Token], begin: int, i: int, end: int) -> bool:

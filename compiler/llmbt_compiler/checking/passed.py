@@ -10,7 +10,7 @@ from llmbt_compiler.checking.choices import left_open
 from llmbt_compiler.checking.complaints import several
 from llmbt_compiler.checking.numbers import named_by_number, numbered
 from llmbt_compiler.checking.points import OpenPoint
-from llmbt_compiler.checking.referring import meant_objects
+from llmbt_compiler.checking.referring import meant_objects, pointed_to
 from llmbt_compiler.checking.sentences import span_of
 from llmbt_compiler.checking.wording import phrase_at
 from llmbt_compiler.parsing import ParseResult
@@ -70,7 +70,12 @@ def passed_over(
     moved = {g.condition.args[0] for g in parsed.goals if g.condition.args}
     told = [m for m in meant_objects(words, request, scene) if m.stop and moved & set(m.ids)]
     landmarks |= {id(t) for m in told for t in words[m.start : m.stop]}  # "the green neighbour of the red block"
-    about = {*said, *(a for g in parsed.goals for a in g.condition.args)}
+    its = [pointed_to(words, r.end, scene) for r in relations(words)]  # "see object 2? The one next to it"
+    about = {
+        *said,
+        *(i for m in its if m is not None for i in m.ids),
+        *(a for g in parsed.goals for a in g.condition.args),
+    }
     about |= {i for m in parsed.moves for i in (m.target, m.place)}
     chosen = any(t.text == "either" for t in words) or left_open(words, request, scene, movable=True)
     for start, end, ids in _mentions(words, scene):

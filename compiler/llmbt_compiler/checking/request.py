@@ -18,6 +18,7 @@ from llmbt_compiler.checking.doubts import doubted
 from llmbt_compiler.checking.enough import not_enough
 from llmbt_compiler.checking.levels import levels_from
 from llmbt_compiler.checking.numbers import is_noun, named_by_number, numbered
+from llmbt_compiler.checking.pairs import half_numbered, the_other
 from llmbt_compiler.checking.passed import passed_over
 from llmbt_compiler.checking.points import OpenPoint
 from llmbt_compiler.checking.referring import Meant, meant_objects, place_named, told_apart
@@ -65,6 +66,8 @@ def open_points(
     return (
         *_misplaced(words, line, parsed, scene),
         *_doubted(words, line, parsed.goals, scene),
+        *half_numbered(words, line, parsed.goals, scene),
+        *the_other(words, line, parsed.goals, scene),
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
         *map(OpenPoint, beyond(words, line, parsed.goals, scene)),
         *_not_enough(words, line, scene),
@@ -130,15 +133,16 @@ def _doubted(words: Sequence[Token], request: str, goals: Sequence[Goal], scene:
 def _pronouns(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
     """ "There is the coke, and there is the milk. Bring it to me": either may be meant, and the goals take one."""
     said_in = [(a, b) for a, b in sentences(words, ENDS | {":"}) if b - a > 1]
+    clauses = [(a, b) for a, b in sentences(words, ENDS | {":", ","}) if b - a > 1]
     moved = {g.condition.args[0] for g in goals if g.condition.args}
     phrases = list(meant_objects(words, request, scene))
-    for before, (a, b) in pairwise(said_in):
+    for before, (a, b) in dict.fromkeys((*pairwise(said_in), *pairwise(clauses))):
         it = next(
             (i for i in range(a, b) if words[i].text == "it" and (_ordered(words, i - 1) or _ordered(words, i + 1))),
             None,
         )
         told = [t.text for t in words[before[0] : before[1]]]
-        if it is None or set(told) & VERBS or "and" not in told:
+        if it is None or set(told) & (VERBS | _MUST) or "and" not in told:
             continue
         marks = {k for r in relations(words) for k in range(r.end, name_end(words, r))}
         named = [(m.start, m.id) for m in mentions_in(words, scene) if scene[m.id].movable]

@@ -33,6 +33,10 @@ _STANDING = frozenset({
     "that", "which", "thats", "is", "stands", "lies", "sits", "currently", "now", "still", "already", "has", "are",
     "directly", "right", "immediately", "just", "up", "down", "there", "with",
 })  # fmt: skip
+_HAVING = frozenset({
+    "with", "that", "which", "is", "thats", "has", "got", "only", "just", "holds", "holding", "a", "an", "exactly",
+    "still", "so", "far", "currently",
+})  # fmt: skip
 _LED = frozenset({"please", "and", "then", "where", "for", "left", "right", "with"})
 _IN = frozenset({"of", "on", "in", "at", "from"})
 _POSSIBLE = frozenset({"possible", "can", "will", "goes", "go"})
@@ -64,6 +68,7 @@ class _Read:
     other: bool = False
     outer: bool = False
     level: str = ""
+    held: int | None = None
 
 
 def meant_places(words: Sequence[Token], line: str, scene: Scene, about: Sequence[str] = ()) -> Iterator[Meant]:
@@ -91,6 +96,9 @@ def meant_places(words: Sequence[Token], line: str, scene: Scene, about: Sequenc
 
 def _read(words: Sequence[Token], i: int, scene: Scene) -> _Read | None:
     bare = _ranks(words[i]) or _bare_side(words, i)
+    told = _told_by_count(words, i, scene)
+    if told is not None:
+        return told
     other = _other_one(words, i, scene)
     if other:
         return _Read(i, i + 3, i + 3, other, other=True)
@@ -115,6 +123,39 @@ def _read(words: Sequence[Token], i: int, scene: Scene) -> _Read | None:
     if read.rank is not None and read.rank.stop > end:
         read = replace(read, end=read.rank.stop, stop=read.rank.stop)
     return _after(read, words, scene)
+
+
+def _told_by_count(words: Sequence[Token], i: int, scene: Scene) -> _Read | None:
+    """ "(That level,) the one that's only got a single block on it": of the kind of place that was named last."""
+    if [t.text for t in words[i : i + 2]] != ["the", "one"]:
+        return None
+    held = _holding(words, i + 2, scene)
+    begin, _ = sentence_at(words, i)
+    noun = next((k for k in range(i - 1, begin - 1, -1) if _noun(words[k], scene)), None)
+    if held is None or noun is None or words[noun + 1].number is not None:
+        return None
+    return _Read(i, held[1], held[1], _pool(words[noun], scene), held=held[0])
+
+
+def _holding(words: Sequence[Token], at: int, scene: Scene) -> tuple[int, int] | None:
+    """ "(The level) with just one block on it", "that has two things on it": how many, and where it ends."""
+    k = at
+    while k < len(words) and words[k].text in _HAVING:
+        k += 1
+    only = any(t.text in {"a", "an"} for t in words[at:k])
+    if k == at or k >= len(words) or not {"with", "has", "got", "holds", "holding"} & {t.text for t in words[at:k]}:
+        return None
+    number = words[k].number
+    single = words[k].text in {"single", "lone", "solitary"}
+    count = 1 if single or (only and number is None) else int(number) if number and number.isdecimal() else 0
+    k += int(single or number is not None)
+    if not count or k >= len(words) or not scene.word(words[k], True).text or words[k].text in scene.colours:
+        return None
+    k += 1
+    stop = k
+    while stop < len(words) and words[stop].text in {"on", "in", "it", "there", "standing", "already", "so", "far"}:
+        stop += 1
+    return (count, stop) if {"it", "there"} & {t.text for t in words[k:stop]} else None
 
 
 def _other_one(words: Sequence[Token], i: int, scene: Scene) -> tuple[str, ...]:
@@ -206,6 +247,10 @@ def _after(read: _Read, words: Sequence[Token], scene: Scene) -> _Read | None:
     at = read.end
     while at < len(words):
         begin = at
+        held = _holding(words, begin, scene)
+        if held is not None and read.held is None:
+            read, at = replace(read, held=held[0], stop=held[1]), held[1]
+            continue
         nothing = _nothing(words, begin)
         while begin < len(words) and words[begin].text in _STANDING and not _relation(words, begin) and not nothing:
             begin += 1
@@ -310,6 +355,8 @@ def _fits(
         ids = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
         return tuple(i for i in ids if i in pool)
     if not all(scene.single(p) for p in pool) or not pool:
+        if read.held is not None:
+            return tuple(p for p in pool if sum(scene.within(w, p) for w in where.values()) == read.held)
         return pool if read.vacant and read.rank is None and not read.level else ()
     if read.outer and (read.rank is None or read.rank.plain) and _side(read, words) is None:
         ends = (*world.ends(pool, "left", 1), *world.ends(pool, "right", 1))

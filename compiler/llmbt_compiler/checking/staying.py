@@ -22,13 +22,14 @@ _BEING = frozenset(
 )
 _IN = frozenset({"on", "in", "at", "inside"})
 _NOUNS = frozenset({"one", "block", "cube", "box", "thing", "object", "item"})
+_EXCEPTING = frozenset({"but", "except", "apart", "besides", "else", "other", "than", "save", "unless"})
 _NEAR = 6
 
 
 def object_at(words: Sequence[Token], at: int, scene: Scene, where: dict[str, str | None]) -> Span | None:
     """What is named right here: an occupant of a position, a thing, or the one of several that stands on the position
     that was named last."""
-    occupant = _occupant(words, at, scene, where)
+    occupant = _occupant(words, at, scene, where) or _all_standing(words, at, scene, where)
     if occupant is not None:
         return occupant
     found = landmark(words, at, scene)
@@ -74,7 +75,7 @@ def _things(words: Sequence[Token], i: int, line: str, scene: Scene, where: dict
     spans = [(m.start, m.end, m.ids) for m in meant_objects(words[:i], line, scene)]
     spans += [(m.start, m.end, (m.id,)) for m in mentions_in(words[:i], scene) if scene[m.id].movable]
     for k in range(i):
-        found = _occupant(words, k, scene, where)
+        found = _occupant(words, k, scene, where) or _all_standing(words, k, scene, where)
         if found is None and lexicon().is_(words[k].text, "definite"):
             mark = landmark(words[:i], k, scene)
             found = (k, mark.end, mark.ids) if mark is not None and mark.ids and scene[mark.ids[0]].movable else None
@@ -91,7 +92,7 @@ def _things(words: Sequence[Token], i: int, line: str, scene: Scene, where: dict
 
 def _occupant(words: Sequence[Token], at: int, scene: Scene, where: dict[str, str | None]) -> Span | None:
     """ "What's there", "whatever is on it", "what's on 12": the one thing on the position that is meant."""
-    end = phrase_at(words, at, "staying", "occupant")
+    end = phrase_at(words, at, "staying", "occupant") or _what_is_there(words, at)
     place = next(iter(places_before(words, at, scene)), None) if end else None
     if not end and words[at].text in _WHAT:
         end = at + 1
@@ -104,6 +105,33 @@ def _occupant(words: Sequence[Token], at: int, scene: Scene, where: dict[str, st
         place, end = (place, stop) if place is not None else (here[0], end + 2) if here else (None, end)
     there = tuple(o for o, p in where.items() if place is not None and scene.single(place) and p == place)
     return (at, end, there) if len(there) == 1 else None
+
+
+def _what_is_there(words: Sequence[Token], at: int) -> int:
+    """ "What's standing in there now", "whatever is sitting on it": where these words end; 0 where they are none."""
+    end = at + 1
+    while end < len(words) and words[end].text in _BEING:
+        end += 1
+    if words[at].text not in _WHAT or end == at + 1 - int(words[at].text == "whats" or words[at].owner):
+        return 0
+    end += int(end < len(words) and words[end].text in _IN)
+    return end + 1 if end < len(words) and words[end].text in {"there", "it"} else 0
+
+
+def _all_standing(words: Sequence[Token], at: int, scene: Scene, where: dict[str, str | None]) -> Span | None:
+    """ "Whatever stands on the shelf", "anything that's on level 2": all that is on a place with others in it, where
+    nothing is taken out of it."""
+    end = at + 1
+    while end < len(words) and words[end].text in _BEING | {"thats", "already", "there"}:
+        end += 1
+    if words[at].text not in _WHAT | {"all"} or end + 1 >= len(words) or words[end].text not in _IN:
+        return None
+    place, stop = place_named(words, end + 1, scene)
+    _, close = sentence_at(words, at)
+    if place is None or scene.single(place) or {t.text for t in words[stop:close]} & _EXCEPTING:
+        return None
+    there = tuple(o for o, p in where.items() if scene.within(p, place))
+    return (at, stop, there) if there else None
 
 
 def _pointed(

@@ -38,6 +38,12 @@ _TURNING = ("negation", "except", "instead", "conditional")
 _FETCHING = frozenset({"me", "us", "bring", "fetch", "get", "grab", "want"})
 _LEADING = _FETCHING | {"put", "place", "move", "take", "give", "in", "on", "into", "onto", "to", "inside"}
 _CUPS = frozenset({"cup", "glass", "mug", "slice", "piece", "bowl", "plate", "portion", "bar"})
+_THEM = frozenset({"her", "him", "them"})
+_SEATS = frozenset({
+    "armchair", "chair", "sofa", "couch", "bed", "wheelchair", "stool", "bench", "settee", "recliner", "rocker", "seat",
+    "hammock", "jumper", "dress", "suit", "hat", "coat", "shirt", "sweater", "glasses",
+})  # fmt: skip
+"""What a person is in, and is no other place for that."""
 _GOING_ON = frozenset({"please", "thanks", "over", "from", "on", "in", "for", "that", "which"})
 _THE = frozenset({"the", "my", "your", "our", "a", "an", "some", "that", "this"})
 
@@ -49,6 +55,11 @@ def unknown_names(
     noun is no word of the scene, no sort of things, and near to none of either. Its candidates are what the
     goals are about in its place. A sentence that denies, excepts or offers a choice is passed over."""
     scene = Scene(semantic_map, library)
+    people = tuple(a for g in goals for a in g.condition.args if not scene[a].movable and scene[a].person)
+    for sentence in sentences if people else ():
+        away = _somewhere_else(tokens(sentence.text), scene)
+        if away is not None:
+            yield _lacking(sentence.text, away, people)
     said = {i for s in sentences for i in mentioned_in(s.text, scene)}
     for sentence in sentences:
         line = tokens(sentence.text)
@@ -68,6 +79,18 @@ def _addressed(id_: str, sentences: Sequence[LabelledStep], scene: Scene) -> boo
     """Whether a person is spoken of, however it is spelt: where she sits is then no place to put something."""
     words = (scene.word(t, False).text for s in sentences for t in tokens(s.text))
     return scene[id_].person and any(w and scene.fits(scene[id_], w) for w in words)
+
+
+def _somewhere_else(words: Sequence[Token], scene: Scene) -> Token | None:
+    """ "(Take it) to her in the garden": where somebody is, that the scene does not have; not what she sits on."""
+    for k, t in enumerate(words[:-1]):
+        before = words[k - 1].text if k else ""
+        after = words[k + 1 : k + 5]
+        if t.text in _THEM and before == "to" and after and lexicon().is_(after[0].text, "at"):
+            away = unknown_place(after, scene)
+            if away is not None and not {away.text, *singulars(away.text)} & _SEATS:
+                return away
+    return None
 
 
 def unknown_place(words: Sequence[Token], scene: Scene) -> Token | None:

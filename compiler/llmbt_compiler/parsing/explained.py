@@ -75,7 +75,10 @@ def without(step: LabelledStep, extent: Extent) -> LabelledStep:
 
 
 def _named_before(line: Sequence[Token], i: int, scene: Scene) -> str | None:
-    """The one thing that the words before an offset name by its number, or by a name of its own."""
+    """The one thing that the words before an offset name by its number, or by a name of its own; a parenthesis may
+    stand between ("object 3 (yellow block), the leftmost one")."""
+    if i and line[i].text == "," and line[i - 1].text == ")":
+        i = next((k for k in range(i - 1, 0, -1) if line[k].text == "("), i)
     for length in range(min(i, 4), 0, -1):
         parts = line[i - length : i]
         if not parts[0].word or any(not (p.word or p.number is not None) for p in parts):
@@ -132,7 +135,9 @@ def _a_rank(line: Sequence[Token], begin: int, end: int, actions: set[int]) -> b
     if not lexicon().is_(line[begin].text, "articles") or any(t.text in {"and", "or"} for t in line[begin:end]):
         return False
     alone = end == len(line) or line[end].text != "," or any(t.start in actions for t in line[end + 1 : end + 3])
-    return alone and rank_of(line, begin + 1, min(end, begin + 4)) is not None
+    stop = min(end, begin + 4)
+    stop -= int(line[stop - 1].text == "one")  # "the leftmost one"
+    return alone and rank_of(line, begin + 1, stop) is not None
 
 
 def _a_relation(line: Sequence[Token], begin: int, end: int, actions: set[int]) -> int:

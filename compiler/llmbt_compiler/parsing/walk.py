@@ -159,7 +159,7 @@ class _Walker(Ordering):
         plain = identified(step, self.scene) if {"E304", "E314"} & set(told) and len(step.text) <= _LONGEST else None
         if plain is None:
             return walker
-        other = kept.read(plain)
+        other = kept.explained(plain)
         return other if other.errors() <= before else walker
 
     def corrected(self, step: LabelledStep, earlier: frozenset[str]) -> None:

@@ -15,7 +15,19 @@ from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["landmark"]
+__all__ = ["landmark", "pointed_to"]
+
+
+def pointed_to(words: Sequence[Token], at: int, scene: Scene) -> Meant | None:
+    """What "it" right here stands for: the thing named last before it."""
+    if [t.text for t in words[at : at + 1]] != ["it"]:
+        return None
+    named = {m.start: (m.id,) for m in mentions_in(words[:at], scene) if scene[m.id].movable}
+    for k, t in enumerate(words[:at]):
+        if t.text in scene.colours:
+            named.setdefault(k, tuple(e.id for e in scene.objects if t.text in e.colour))
+    single = [ids for _, ids in sorted(named.items()) if len(ids) == 1]
+    return Meant(at, at + 1, single[-1]) if single else None
 
 
 def landmark(words: Sequence[Token], at: int, scene: Scene) -> Meant | None:

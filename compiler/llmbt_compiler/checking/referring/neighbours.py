@@ -6,20 +6,23 @@ from collections.abc import Sequence
 
 from llmbt_compiler.checking.referring.landmarks import landmark
 from llmbt_compiler.checking.referring.model import Meant
+from llmbt_compiler.checking.referring.nouns import noun
+from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.scene import Scene, natural
-from llmbt_compiler.parsing.space.expressions import Relation
+from llmbt_compiler.parsing.space.expressions import Relation, relations
 from llmbt_compiler.parsing.space.world import World
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["neighbour"]
+__all__ = ["entered_beside", "neighbour"]
 
 _NEIGHBOURS = frozenset({"neighbour", "neighbor", "neighbours", "neighbors"})
 _MODIFYING = frozenset(
     {"direct", "immediate", "next", "-", "door", "only", "sole", "closest", "nearest", "own", "block"}
 )
+_ENTERING = frozenset({"is", "stands", "lies", "sits", "are", "was", "waits", "theres"})
 _LONGEST = 8
 
 
@@ -53,6 +56,33 @@ def neighbour(words: Sequence[Token], i: int, line: str, scene: Scene, where: di
     found = world.related(Relation("next", head, head + 1), pool, marks, words[i:stop], False)
     ids = found.ids if isinstance(found, Found) else found.candidates if found.code == "E304" else ()
     return Meant(i, stop, tuple(sorted(ids, key=natural)), stop=stop) if ids else None
+
+
+def entered_beside(
+    words: Sequence[Token], i: int, line: str, scene: Scene, where: dict[str, str | None]
+) -> Meant | None:
+    """ "Next to the cookies there is (something that I need)": all that stands there, of the kind that is named."""
+    begin, _ = sentence_at(words, i)
+    of = next((r for r in relations(words) if begin <= r.start <= begin + 1 and not r.owner), None)
+    mark = landmark(words, of.end, scene) if of is not None and of.name != "between" and of.start == begin else None
+    if of is None or mark is None or len(mark.ids) != 1 or not mark.end <= i <= mark.end + 3:
+        return None
+    between = {t.text for t in words[mark.end : i]}
+    if not between & _ENTERING or not between <= _ENTERING | {"there", ","}:
+        return None
+    some = words[i].text == "something"
+    end = i + 1 if some else noun(words, i, scene) if lexicon().is_(words[i].text, "articles") else 0
+    if not end or not scene[mark.ids[0]].movable:
+        return None
+    core = [t for t in words[i + 1 : end] if t.text not in {"one", "thing"}]
+    world = World(scene, Ledger(dict(where)), where, Talk(where), line)
+    every = world.every(core, True) if core else (tuple(e.id for e in scene.objects), False)
+    if not isinstance(every, tuple):
+        return None
+    pool = tuple(o for o in every[0] if o not in mark.ids)
+    found = world.related(of, pool, mark.ids, words[begin:end], False) if pool else None
+    ids = found.ids if isinstance(found, Found) else found.candidates if found and found.code == "E304" else ()
+    return Meant(i, end, tuple(sorted(ids, key=natural)), stop=end) if ids else None
 
 
 def _owners(words: Sequence[Token], i: int, owner: int, scene: Scene) -> tuple[str, ...]:

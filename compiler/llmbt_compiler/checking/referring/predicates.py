@@ -9,7 +9,7 @@ from llmbt_compiler.checking.referring.landmarks import landmark
 from llmbt_compiler.checking.referring.lists import AT, POINTING
 from llmbt_compiler.checking.referring.model import Meant
 from llmbt_compiler.checking.referring.nouns import noun, plural
-from llmbt_compiler.checking.referring.standing import place_named, standing_there
+from llmbt_compiler.checking.referring.standing import place_named, puts, standing_there
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.checking.wording import listed
 from llmbt_compiler.parsing.ledger import Ledger
@@ -49,7 +49,9 @@ def predicated(words: Sequence[Token], i: int, line: str, scene: Scene, where: d
     end = noun(words, i, scene) or (i + 2 if [t.text for t in words[i + 1 : i + 2]] == ["one"] else 0)
     if end:
         return _relative(words, i, end, line, scene, where) or (
-            _at_the_end(words, i, end, line, scene, where) if text in POINTING else None
+            _at_the_end(words, i, end, line, scene, where) or _in_the_middle(words, i, end, line, scene, where)
+            if text in POINTING
+            else None
         )
     return _headless(words, i, line, scene, where)
 
@@ -64,6 +66,7 @@ def _which(words: Sequence[Token], i: int, line: str, scene: Scene, where: dict[
     """ "Whichever of the yellow blocks on the shelf is (further left)"."""
     stop = min(len(words), i + _LONGEST)
     verb = next((k for k in range(i + 1, stop) if words[k].text in _BEING), None)
+    verb = i if words[i].owner else verb  # "whatever's furthest left"
     if verb is None or any(not t.word for t in words[i + 1 : verb]):
         return None
     rank = _rank_at(words, verb + 1)
@@ -138,6 +141,34 @@ def _at_the_end(
         return None
     ids = tuple(o for o in pool if scene.within(where.get(o), place))
     return _ranked(words, i, stop, ids, side, line, scene, where) if len(ids) > 1 else None
+
+
+def _in_the_middle(
+    words: Sequence[Token], i: int, end: int, line: str, scene: Scene, where: dict[str, str | None]
+) -> Meant | None:
+    """ "(A green block, but not) the one in the middle of the three": the middle one of those named, or of its kind."""
+    k = end
+    while k < len(words) and words[k].text in _BEING | {"that", "which", "right"}:
+        k += 1
+    if [t.text for t in words[k : k + 2]] != ["in", "the"] or puts(words, i):
+        return None
+    k += 2 + int([t.text for t in words[k + 2 : k + 3]] == ["very"])
+    if k >= len(words) or words[k].text not in {"middle", "centre", "center"}:
+        return None
+    said = [t.text for t in words[k + 1 : k + 4]]
+    of = next((n for n in ((1, 2), (2, 3)) if said[:1] == ["of"] and len(said) >= n[1]), None)
+    number = next((t.number for t in words[k + 1 : k + 4] if said[:1] == ["of"] and t.number is not None), None)
+    ends = not said or not words[k + 1].word
+    if not ends and (of is None or (number is None and not {"them", "all"} & set(said))):
+        return None
+    hues = [t.text for t in words[:i] if t.text in scene.colours]
+    one = words[end - 1].text == "one" and end == i + 2
+    pool = tuple(e.id for e in scene.objects if hues and hues[-1] in e.colour) if one else None
+    pool = pool if one else _pool(words[i:end], scene, line, where)
+    if not pool or len(pool) < 3 or (number is not None and number != str(len(pool))):
+        return None
+    stop = k + 1 if ends else min(len(words), k + 2 + said.index(next(s for s in said[1:] if s != "the")))
+    return _ranked(words, i, stop, pool, "left", line, scene, where, rank=0)
 
 
 def _headless(words: Sequence[Token], i: int, line: str, scene: Scene, where: dict[str, str | None]) -> Meant | None:
@@ -220,11 +251,11 @@ def _pool(parts: Sequence[Token], scene: Scene, line: str, where: dict[str, str 
 
 def _ranked(
     words: Sequence[Token], start: int, stop: int, pool: Sequence[str], end: str, line: str, scene: Scene,
-    where: dict[str, str | None],
+    where: dict[str, str | None], rank: int = 1,
 ) -> Meant | None:  # fmt: skip
     if not pool:
         return None
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
-    found = world.ranked(Ranked((), end, 1, stop), True, pool, words[start:stop], False)
+    found = world.ranked(Ranked((), end, rank, stop), True, pool, words[start:stop], False)
     ids = found.ids if isinstance(found, Found) else found.candidates if found.code == "E304" else ()
     return Meant(start, stop, ids, stop=stop) if ids else None

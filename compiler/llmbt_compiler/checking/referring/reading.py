@@ -8,7 +8,7 @@ from dataclasses import replace
 from llmbt_compiler.checking.referring.counted import one_there, other, several, some_of
 from llmbt_compiler.checking.referring.lists import INDEFINITE, POINTING
 from llmbt_compiler.checking.referring.model import Meant
-from llmbt_compiler.checking.referring.neighbours import neighbour
+from llmbt_compiler.checking.referring.neighbours import entered_beside, neighbour
 from llmbt_compiler.checking.referring.nouns import bare, noun
 from llmbt_compiler.checking.referring.predicates import predicated
 from llmbt_compiler.checking.referring.ranks import ranked
@@ -37,6 +37,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
         found = (
             several(words, i, scene, where)
             or some_of(words, i, scene, where)
+            or entered_beside(words, i, line, scene, where)
             or something(words, i, scene)
             or predicated(words, i, line, scene, where)
             or something_compared(words, i, line, scene, where)

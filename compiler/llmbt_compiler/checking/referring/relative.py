@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from llmbt_compiler.checking.comparisons import comparison
-from llmbt_compiler.checking.referring.landmarks import landmark
+from llmbt_compiler.checking.referring.landmarks import landmark, pointed_to
 from llmbt_compiler.checking.referring.lists import INDEFINITE, STANDING
 from llmbt_compiler.checking.referring.model import Meant
 from llmbt_compiler.checking.referring.nouns import all_of
-from llmbt_compiler.checking.referring.standing import clause, goes_on, standing_there
+from llmbt_compiler.checking.referring.standing import clause, goes_on, puts, standing_there
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.mentions import mentions_in
@@ -40,12 +40,13 @@ def related(
     stop = name_end(words, of) if of is not None else begin
     if of is None or not (begin > end or goes_on(words, start, stop) or _destined(words, start, scene)):
         return None
-    if stop == of.end and not of.owner:
-        return None  # "a red thing behind"
+    it = pointed_to(words, of.end, scene)
+    if (stop == of.end and not of.owner and it is None) or (it is not None and puts(words, start)):
+        return None  # "a red thing behind", "put the red one right next to it"
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
     phrase = [t for t in words[start:end] if t.text != "one"]
     pool = world.every(phrase, True)
-    mark = landmark(words, of.end, scene) if of.name != "between" else None
+    mark = (it or landmark(words, of.end, scene)) if of.name != "between" else None
     some = mark is not None and words[mark.start].text in INDEFINITE
     marks = world.landmark(words[of.end : stop]) if stop > of.end else None
     if mark is not None and (some or len(mark.ids) == 1):

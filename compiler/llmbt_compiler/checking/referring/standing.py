@@ -112,6 +112,21 @@ def goes_on(words: Sequence[Token], start: int, stop: int) -> bool:
     return aside or any(t.text in ONTO for t in after) or bool(said and said[-1] in FETCHING) or others
 
 
+def _wanted_at(words: Sequence[Token], at: int) -> bool:
+    """ "(The green block) I need over on the shelf": where somebody wants it, which tells nothing of it."""
+    k = at + 1
+    if words[at].text not in {"i", "we", "id", "wed"}:
+        return False
+    while k < len(words) and words[k].text in {"would", "now", "also", "really", "only"}:
+        k += 1
+    if k >= len(words) or words[k].text not in {"need", "want", "like"}:
+        return False
+    k += 1
+    while k < len(words) and words[k].text in {"over", "up", "down", "back", "put", "moved", "to", "go", "brought"}:
+        k += 1
+    return k < len(words) and words[k].text in ONTO | {"on", "in", "at"}
+
+
 def tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
     """Whether what stands right after a phrase may tell which one is meant, in words that are not understood here."""
     if along(words, at):
@@ -120,6 +135,8 @@ def tells(words: Sequence[Token], at: int, scene: Scene) -> bool:
         return False
     if [t.text for t in words[at : at + 2]] in (["i", "mean"], ["i", "meant"]):
         return False
+    if _wanted_at(words, at):
+        return False  # "the other green I need on position 14"
     if words[at].text == "with":  # "swap the red block with the white one"
         return not (at + 1 < len(words) and words[at + 1].text in POINTING and noun(words, at + 1, scene))
     if any(r.start == at for r in relations(words)):
