@@ -18,6 +18,7 @@ from llmbt_compiler.asking import Asked, Slot, edit_for, edited, from_diagnostic
 from llmbt_compiler.asking.answer import choose
 from llmbt_compiler.checking import (
     contradictions,
+    lacking,
     moved_all_the_same,
     obstacles,
     open_points,
@@ -202,6 +203,7 @@ class _Run:
                 if asked is None:
                     raise LlmbtError(*parsed.errors(), exit_code=parsed.exit_code)
                 self.refuse_the_impossible()
+                asked = self.what_the_map_lacks() or asked
             else:
                 self.refuse_contradictions(parsed)
                 self.refuse_inability()
@@ -249,6 +251,13 @@ class _Run:
         )
         if found:
             raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
+
+    def what_the_map_lacks(self) -> Asked | None:
+        """What the request names and the map has not is asked about before what the steps leave open for that."""
+        if self.context.stated is not None or self.settled or "reason" not in self.values:
+            return None
+        point = lacking(self.context.request, self.context.semantic_map, self.context.library)
+        return from_request(point, self.context.semantic_map, self.context.library) if point is not None else None
 
     def refuse_inability(self) -> None:
         """What the request asks for, and the robot cannot do: a reply that leaves it out does not fulfil it."""

@@ -44,3 +44,9 @@ def test_the_name_counts(steps):
 )
 def test_not_of_another_thing_nor_in_a_list(scene, step, code):
     assert read(scene, step) == (set(), {code})
+
+
+def test_the_same_again_where_the_first_went_to_any_place():
+    goals, errors = read("cargo_sorting", "Place object 1 on any free position.", "Likewise place object 2.")
+    assert {g.partition(",")[0] for g in goals} == {"On(object_1", "On(object_2"}
+    assert not errors

@@ -13,7 +13,7 @@ from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.space.reading import name_end
-from llmbt_compiler.parsing.words import Token, tokens
+from llmbt_compiler.parsing.words import Token, lexicon, tokens
 from llmbt_ir.semantic_map import SemanticMap
 
 __all__ = ["restated"]
@@ -40,6 +40,8 @@ def restated(
             begin = words[phrase.start].start
             on = "on " if _lacks_preposition(words, phrase, scene) else ""
             yield f"{line[:begin]}{on}{names}{line[words[max(phrase.end, phrase.stop) - 1].end :]}"
+    if {t.text for t in words} & (lexicon().verbs["exchange"] | {"versa"}):
+        return  # one place would be half of it
     if scene[ids[0]].movable:
         meant = next((p for p in objects if set(ids) <= set(p.ids) and len(p.ids) > 1), None)
         inside = range(meant.start, max(meant.end, meant.stop)) if meant is not None else range(0)

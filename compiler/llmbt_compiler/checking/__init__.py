@@ -6,12 +6,13 @@ from llmbt_compiler.checking.crowding import too_many
 from llmbt_compiler.checking.grounded import ungrounded
 from llmbt_compiler.checking.kept import moved_all_the_same
 from llmbt_compiler.checking.obstacles import obstacles
-from llmbt_compiler.checking.request import open_points
+from llmbt_compiler.checking.request import lacking, open_points
 from llmbt_compiler.checking.unknown import unknown_names
 from llmbt_compiler.checking.witness import second_reading, witnessed
 
 __all__ = [
     "contradictions",
+    "lacking",
     "moved_all_the_same",
     "obstacles",
     "open_points",

@@ -63,7 +63,7 @@ def unable(request: str, library: Library) -> Iterator[Diagnostic]:
     for i, t in enumerate(words):
         if _excused(words, i):
             continue
-        ordered = _orders(words, i, known) or _lets(words, i, known) or _state(words, i)
+        ordered = _quarter_turn(words, i) or _orders(words, i, known) or _lets(words, i, known) or _state(words, i)
         verb = t.text if ordered else _done_to_a_thing(words, i, known)
         if verb is not None:
             can = ", ".join(t.name for t in library.templates.values() if t.verbs)
@@ -99,6 +99,17 @@ def _off(words: Sequence[Token], i: int) -> bool:
     """ "Switch the telly off"."""
     after = [t.text for t in words[i + 1 : i + 5]]
     return after[:1] != [] and after[0] in _ARTICLES and "off" in after[2:]
+
+
+def _quarter_turn(words: Sequence[Token], i: int) -> bool:
+    """ "Object 5 needs a quarter turn", "ninety degrees clockwise"."""
+    said = [t.text for t in words[max(0, i - 2) : i + 1]]
+    begin, end = sentence_at(words, i)
+    if lexicon().function["negation"] & {t.text for t in words[begin:end]}:
+        return False
+    return said[-1] in {"clockwise", "anticlockwise", "counterclockwise", "degrees"} or (
+        said[-1] == "turn" and said[-2:-1] in (["quarter"], ["half"], ["full"])
+    )
 
 
 def _lets(words: Sequence[Token], i: int, known: frozenset[str]) -> bool:

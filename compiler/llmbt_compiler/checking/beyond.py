@@ -44,6 +44,8 @@ def beyond(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: S
             yield _told(words, start, end, request, f"of {here} is no level")
     for start, end in _over(words, scene):
         yield _told(words, start, end, request, "is no position")
+    for start, end in _than(words, scene):
+        yield _told(words, start, end, request, "is no level")
     for start, end, count in _counted(words, scene):
         yield _told(words, start, end, request, f"is no place, there are only {count}")
 
@@ -91,6 +93,18 @@ def _levels(words: Sequence[Token], here: str, scene: Scene) -> Iterator[tuple[i
         ways = {w.text for w in said}
         if bool(ways & _UP) != bool(ways & _DOWN) and not levels_from(said, here, scene):
             yield first, max(stop, i + 1)
+
+
+def _than(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, int]]:
+    """ "One level higher than (where) the red block (is)", where that stands on the highest one."""
+    where = {o.id: o.place for o in scene.map.objects}
+    for i, t in enumerate(words[:-2]):
+        if t.text not in _UP | _DOWN or words[i + 1].text != "than":
+            continue
+        mark = landmark(words, i + 2 + int(words[i + 2].text == "where"), scene)
+        place = where.get(mark.ids[0]) if mark is not None and len(mark.ids) == 1 else None
+        if mark is not None and place is not None and scene.single(place) and not levels_from((t,), place, scene):
+            yield i, mark.end
 
 
 def _over(words: Sequence[Token], scene: Scene) -> Iterator[tuple[int, int]]:

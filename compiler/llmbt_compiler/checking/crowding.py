@@ -192,7 +192,13 @@ def _on_one(
     joined = all({t.text for t in words[a.end : b.start]} <= _JOINING for a, b in pairwise(named))
     ids = tuple(dict.fromkeys(i for n in named for i in n.ids))
     it = any(t.text == "it" for t in words[named[-1].end : places[0].start]) if named else False
-    if joined and not it and len(ids) > 1 and named[-1].end <= places[0].start and all(len(n.ids) == n.count for n in named):
+    if (
+        joined
+        and not it
+        and len(ids) > 1
+        and named[-1].end <= places[0].start
+        and all(len(n.ids) == n.count for n in named)
+    ):
         title = f"{places[0].ids[0]} takes one thing at a time, and the request wants {', '.join(ids)} there"
         span = span_of(words[named[0].start : places[0].end], line)
         yield Diagnostic("E308", title, span, "too many", "take another place")

@@ -18,6 +18,7 @@ from llmbt_compiler.parsing.words import Token, lexicon, singulars
 __all__ = ["Lacking", "not_enough"]
 
 _AGAIN = frozenset({"another", "second", "further", "additional", "extra"})
+_GIVING = frozenset({"hand", "give", "pass", "bring", "fetch", "serve", "carry"})
 _FILLING = frozenset({"fill", "filled", "occupy", "cover", "pack", "stuff"})
 _WHOLLY = frozenset({
     "completely", "entirely", "fully", "wholly", "totally", "whole", "each", "every", "full", "brim", "all", "end",
@@ -40,6 +41,7 @@ def not_enough(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -
     """Every phrase that asks for one more of a thing than there are, or for a place where there is none."""
     yield from _another(words, phrases, scene)
     yield from _no_gap(words, scene)
+    yield from _nobody(words, scene)
     yield from _filled(words, scene)
 
 
@@ -66,6 +68,19 @@ def _another(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -> 
             if (more or twice) and any(w.text in _MARKS for w in words[end:k]):
                 yield Lacking(k, min(k + 2, stop), f"there is only {ids[0]}", ids)
                 return
+
+
+def _nobody(words: Sequence[Token], scene: Scene) -> Iterator[Lacking]:
+    """ "Hand me the red cube", where nobody is on the map, and no place is named."""
+    placed = any(not scene[m.id].movable for m in mentions_in(words, scene)) or relations(words)
+    if scene.persons or placed or any(t.digits for t in words):
+        return
+    for i, t in enumerate(words[:-1]):
+        before = {w.text for w in words[max(0, i - 4) : i]}
+        to_me = words[i + 1].text in {"me", "us"} and (t.text in _GIVING or (t.text == "to" and before & _GIVING))
+        if to_me:
+            yield Lacking(i, i + 2, "nobody is on the map, to whom something could be brought")
+            return
 
 
 def _no_gap(words: Sequence[Token], scene: Scene) -> Iterator[Lacking]:

@@ -110,8 +110,10 @@ class _Request:
 
     @property
     def exchanges(self) -> bool:
+        told = any(self.scene.word(t, m).text for t in self.words for m in (True, False))
         named = any(self.scene.word(t, True).text for t in self.words) or any(self.scene[i].movable for i in self.named)
-        return bool(self.texts & (_EXCHANGE | lexicon().verbs["exchange"])) and (named or "where" not in self.texts)
+        verb = bool(self.texts & (_EXCHANGE | lexicon().verbs["exchange"]))
+        return verb and told and (named or "where" not in self.texts)
 
     def counted(self, place: str) -> bool:
         """Whether a place's number stands behind its kind, however it is spelt, or behind a word of where to: "on levl

@@ -20,7 +20,9 @@ _GOES_ON = frozenset({
     "was", "is", "goes", "should", "must", "has", "may", "can", "gets", "belongs", "to", "on", "onto", "into", "needs",
     "moves", "leaves", "will", "shall", "would", "wants",
 })  # fmt: skip
-_TELLING = frozenset({"former", "latter", "left", "right", "front", "back", "the", "that", "this", "which", "whichever"})
+_TELLING = frozenset(
+    {"former", "latter", "left", "right", "front", "back", "the", "that", "this", "which", "whichever"}
+)
 _SOME = frozenset({"something", "whatever", "odd", "someth", "whatsit", "ish"})
 
 

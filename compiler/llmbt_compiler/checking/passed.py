@@ -71,7 +71,11 @@ def passed_over(
     told = [m for m in meant_objects(words, request, scene) if m.stop and moved & set(m.ids)]
     landmarks |= {id(t) for m in told for t in words[m.start : m.stop]}  # "the green neighbour of the red block"
     its = [pointed_to(words, r.end, scene) for r in relations(words)]  # "see object 2? The one next to it"
-    about = {*said, *(i for m in its if m is not None for i in m.ids), *(a for g in parsed.goals for a in g.condition.args)}
+    about = {
+        *said,
+        *(i for m in its if m is not None for i in m.ids),
+        *(a for g in parsed.goals for a in g.condition.args),
+    }
     about |= {i for m in parsed.moves for i in (m.target, m.place)}
     chosen = any(t.text == "either" for t in words) or left_open(words, request, scene, movable=True)
     for start, end, ids in _mentions(words, scene):

@@ -303,6 +303,7 @@ def _misplaced(words: Sequence[Token], request: str, parsed: ParseResult, scene:
             begin += 1
         said = begin < len(words) and (words[begin].text == "from" or (begin > phrase.end and words[begin].text in _AT))
         said = said or _tells_where(words, begin, scene)
+        said = said or (_there_are(words, phrase.start) and begin < len(words) and words[begin].text in _AT)
         place, stop = place_named(words, begin + 1, scene) if said else (None, begin)
         opens = sentence_at(words, phrase.start)[0]
         if place is None and opens < phrase.start and words[opens].text in {"from", "off"}:

@@ -243,12 +243,12 @@ class Placing(Putting):
             and self.turn - self.place[1] <= 1
             and self.so_too(clause)
         ):
-            self.note(NoteKind.INFERRED, f"{', '.join(ids)}: also to {again}", clause.extent)
+            self.note(NoteKind.INFERRED, f"{', '.join(ids)}: also to {_called(again)}", clause.extent)
             return (again,)
         if self.following and self.place[0] is not None and self.place[1] == self.turn:
             place = self.container or self.place[0]
             if not self.scene.single(place):  # "the milk to the user, then the cookies"
-                self.note(NoteKind.INFERRED, f"{', '.join(ids)}: also to {place}", clause.extent)
+                self.note(NoteKind.INFERRED, f"{', '.join(ids)}: also to {_called(place)}", clause.extent)
                 return (place,)
         if "aside" in clause.particles:
             slots = [s for t in self.placing() if (s := t.param(Role.DESTINATION)) is not None]
@@ -345,3 +345,8 @@ def _its_place(phrase: Phrase) -> bool:
     lex = lexicon()
     own = words[0] in {"its", "their"} and words[-1].removesuffix("s") in lex.places
     return own and len(words) == 2
+
+
+def _called(place: str | None) -> str:
+    """A place in a note for people."""
+    return {ANYWHERE: "any place", ORIGIN: "where it came from"}.get(place or "", place or "")

@@ -244,9 +244,9 @@ class Scene:
         return frozenset(found)
 
     def single(self, place: str) -> bool:
-        """Whether a place holds one thing at a time."""
-        entity = self._by_id[place]
-        return any(self.library.is_a(entity.type, t) for t in self.single_types)
+        """Whether a place holds one thing at a time; ANYWHERE and ORIGIN are no place that does."""
+        entity = self._by_id.get(place)
+        return entity is not None and any(self.library.is_a(entity.type, t) for t in self.single_types)
 
     def is_a(self, id_: str, type_: str) -> bool:
         """Whether a thing is of a library type. `buffer` places are of the type `buffer`

@@ -51,6 +51,7 @@ def several(words: Sequence[Token], i: int, scene: Scene, where: dict[str, str |
         if words[j].text == "other":
             return None
         j += 1
+    j += int(one and j < len(words) and words[j].number is not None)  # "one of the two blocks on the shelf"
     stands = next((k for k in range(j, len(words)) if words[k].text not in STANDING), j)
     if exactly and stands < len(words) and words[stands].text in AT:  # "those two (that are) on the shelf"
         there, stop = standing_there(words, stands, [e.id for e in scene.objects], scene, where)

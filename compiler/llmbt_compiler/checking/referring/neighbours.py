@@ -38,7 +38,10 @@ def neighbour(words: Sequence[Token], i: int, line: str, scene: Scene, where: di
     first = i + 2 * of_them
     owner = next((k for k in range(first, head) if words[k].owner), None)
     of = [t.text for t in words[head + 1 : head + 2]] in (["of"], ["to"])
-    if owner is not None:
+    if words[first].text == "its":
+        before = [m for m in mentions_in(words[:first], scene) if scene[m.id].movable]
+        marks, told, stop = tuple(m.id for m in before[-1:]), words[first + 1 : head], head + 1
+    elif owner is not None:
         marks, told, stop = _owners(words, first, owner, scene), words[owner + 1 : head], head + 1
     elif of and lexicon().is_(words[first].text, "articles"):
         mark = landmark(words, head + 2, scene) or _coloured(words, head + 2, scene)

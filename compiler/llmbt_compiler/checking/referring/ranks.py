@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from llmbt_compiler.checking.referring.lists import AT, ONTO, STRESSING
 from llmbt_compiler.checking.referring.model import Meant
-from llmbt_compiler.checking.referring.nouns import plural
+from llmbt_compiler.checking.referring.nouns import all_of, plural
 from llmbt_compiler.checking.referring.standing import puts, standing_there, tells
 from llmbt_compiler.checking.sentences import ENDS, sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
@@ -57,18 +57,44 @@ def ranked(
     core = [t for t in of.core if t.text != "one" and t.text not in STRESSING]
     if not core and not group:
         told = _predicated(words, start, scene, where)
-        group = told or group
+        group = told or group or _group_before(words, start, scene, where)
+    stop_of = of.stop
+    if not core and [t.text for t in words[of.stop : of.stop + 1]] == ["of"]:
+        group, stop_of = _group_behind(words, of.stop + 1, scene, where)
     if not core and not group and _of_some(words, start, of.stop, scene):
         return Meant(start, of.stop, ())
     pool = world.every(core, True) if core else (tuple(group) or tuple(e.id for e in scene.objects),)
     if isinstance(pool, Fault):
         return Meant(start, of.stop, ())
-    ids, stop = standing_there(words, _all_there_is(words, of.stop), pool[0], scene, where)
+    ids, stop = standing_there(words, max(_all_there_is(words, of.stop), stop_of), pool[0], scene, where)
     if not ids or tells(words, stop, scene):
         return Meant(start, stop, ())
     found = world.ranked(replace(of, core=tuple(core)), True, ids, words[start : of.stop], False)
     hit = found.ids if isinstance(found, Found) else (found.candidates if found.code == "E304" else ())
     return Meant(start, of.stop, hit)
+
+
+def _group_behind(
+    words: Sequence[Token], at: int, scene: Scene, where: dict[str, str | None]
+) -> tuple[tuple[str, ...], int]:
+    """ "The left one of (the greens lying in the sorting area)": the group, where it is plain, and where it ends."""
+    while at < len(words) and lexicon().is_(words[at].text, "articles"):
+        at += 1
+    for end in (at + 2, at + 1):
+        if end > len(words) or not plural(words[end - 1], scene) or rank_of(words, at, end) is not None:
+            continue
+        found = all_of(words[at:end], scene, where)
+        if isinstance(found, Found) and not found.corrected:
+            return standing_there(words, end, found.ids, scene, where)
+    return (), at
+
+
+def _group_before(words: Sequence[Token], start: int, scene: Scene, where: dict[str, str | None]) -> tuple[str, ...]:
+    """ "Of the blocks in the sorting area, set (the biggest) on level 2"."""
+    begin, _ = sentence_at(words, start)
+    led = begin < start and words[begin].text in {"of", "among", "amongst", "from"}
+    group, stop = _group_behind(words, begin + 1, scene, where) if led else ((), begin)
+    return group if stop <= start else ()
 
 
 def _predicated(words: Sequence[Token], start: int, scene: Scene, where: dict[str, str | None]) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from llmbt_compiler.checking.comparisons import comparison
 from llmbt_compiler.checking.referring.landmarks import landmark, pointed_to
 from llmbt_compiler.checking.referring.lists import INDEFINITE, STANDING
 from llmbt_compiler.checking.referring.model import Meant
+from llmbt_compiler.checking.referring.nouns import all_of
 from llmbt_compiler.checking.referring.standing import clause, goes_on, puts, standing_there
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.ledger import Ledger
@@ -21,6 +22,7 @@ from llmbt_compiler.parsing.words import Token, lexicon
 
 __all__ = ["compared", "related"]
 
+_EVERY = frozenset({"both", "either", "any", "all", "each", "every"})
 _NEIGHBOURS = frozenset({"neighbour", "neighbor", "neighbours", "neighbors"})
 
 
@@ -121,12 +123,13 @@ def compared(
 ) -> Meant | None:
     """ "The block that is smaller than object 1": what compares so with one thing that is named, or nothing."""
     begin = end + 2 * ([t.text for t in words[end : end + 2]] == [",", "one"])
+    begin += int(words[begin : begin + 1] != () and words[begin : begin + 1][0].text == "," and begin == end)
     while begin < len(words) and words[begin].text in STANDING:
         begin += 1
     of = comparison(words, begin)
-    mark = landmark(words, of.mark, scene) if of is not None else None
+    mark = _marks(words, of.mark, scene, where) if of is not None else None
     phrase = [t for t in words[start:end] if t.text not in {"one", "thing"}]
-    if of is None or mark is None or len(mark.ids) != 1 or any(t.text in lexicon().sizes for t in phrase):
+    if of is None or mark is None or not mark.ids or any(t.text in lexicon().sizes for t in phrase):
         return None
     pool = World(scene, Ledger(dict(where)), where, Talk(where), line).every(phrase, True) if phrase else None
     if isinstance(pool, Fault):
@@ -135,10 +138,24 @@ def compared(
     if joined and _qualified(words, mark.end + 1, scene):
         return None
     every = pool[0] if pool is not None else [e.id for e in scene.objects]
-    ids = of.among(every, mark.ids[0], scene)
+    ids = tuple(i for i in every if all(i in of.among(every, m, scene) for m in mark.ids))
     told = clause(words, mark.end)
     there, stop = standing_there(words, mark.end, ids, scene, where) if told else (ids, mark.end)
     return Meant(start, stop, tuple(sorted(there, key=natural)), stop=stop)
+
+
+def _marks(words: Sequence[Token], at: int, scene: Scene, where: dict[str, str | None]) -> Meant | None:
+    """What is compared with: one thing, or all of several ("than both yellows", "than either of the greens")."""
+    of_all = at < len(words) and words[at].text in _EVERY
+    first = at + 1 + int(of_all and [t.text for t in words[at + 1 : at + 2]] == ["of"]) if of_all else at
+    while of_all and first < len(words) and lexicon().is_(words[first].text, "articles"):
+        first += 1
+    for stop in (first + 2, first + 1) if of_all else ():
+        found = all_of(words[first:stop], scene, where) if first < stop <= len(words) else None
+        if isinstance(found, Found) and not found.corrected:
+            return Meant(at, stop, found.ids, len(found.ids))
+    mark = landmark(words, at, scene)
+    return mark if mark is not None and len(mark.ids) == 1 else None
 
 
 def _qualified(words: Sequence[Token], at: int, scene: Scene) -> bool:
