@@ -164,7 +164,7 @@ def _in_the_middle(
     hues = [t.text for t in words[:i] if t.text in scene.colours]
     one = words[end - 1].text == "one" and end == i + 2
     pool = tuple(e.id for e in scene.objects if hues and hues[-1] in e.colour) if one else None
-    pool = pool if one else _pool(words[i:end], scene, line, where)
+    pool = (pool or _of_those(words, i, scene, line, where)) if one else _pool(words[i:end], scene, line, where)
     if not pool or len(pool) < 3 or (number is not None and number != str(len(pool))):
         return None
     stop = k + 1 if ends else min(len(words), k + 2 + said.index(next(s for s in said[1:] if s != "the")))

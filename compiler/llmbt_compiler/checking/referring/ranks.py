@@ -52,7 +52,9 @@ def ranked(
         and [t.text for t in words[of.stop : of.stop + 1]] != ["of"]
         and not any(t.text in ONTO for t in words[of.stop :])
     ):
-        return None  # "put the red block on the right": it says where to
+        of = _at_a_side(words, start, end)
+        if of is None:
+            return None  # "put the red block on the right": it says where to
     world = World(scene, Ledger(dict(where)), where, Talk(where), line)
     core = [t for t in of.core if t.text != "one" and t.text not in STRESSING]
     if not core and not group:
