@@ -22,7 +22,8 @@ def pointed_to(words: Sequence[Token], at: int, scene: Scene) -> Meant | None:
     """What "it" right here stands for: the thing named last before it."""
     if [t.text for t in words[at : at + 1]] != ["it"]:
         return None
-    named = {m.start: (m.id,) for m in mentions_in(words[:at], scene) if scene[m.id].movable}
+    mentioned = (m for m in mentions_in(words[:at], scene) if scene[m.id].movable)
+    named: dict[int, tuple[str, ...]] = {m.start: (m.id,) for m in mentioned}
     for k, t in enumerate(words[:at]):
         if t.text in scene.colours:
             named.setdefault(k, tuple(e.id for e in scene.objects if t.text in e.colour))
