@@ -13,6 +13,11 @@ from llmbt_compiler.parsing.words import Token, singulars, tokens
 
 __all__ = ["left_open"]
 
+_MEANT = re.compile(
+    r"\W*(?:\w+\W+){0,3}?(?:he|she|they|it|\w+s)\W+(?:means?|meant|wants?|wanted|said|says|asked|needs?)\b",
+    re.IGNORECASE,
+)
+"""Behind "whichever": somebody else knows which."""
 _SPOTS = frozenset({"side", "end", "level", "slot", "spot", "place", "position"})
 
 _LEFT_OPEN = re.compile(
@@ -58,6 +63,8 @@ def left_open(words: Sequence[Token], request: str, scene: Scene, *, movable: bo
         said = [t.text for t in tokens(m.group(0)[: m.start("what") - m.start()])]
         if said == ["whichever"] and re.search(r"\b(?:is|are) the \w+(?:est|most|er)\b", request[m.end() :]):
             continue  # "whichever item on the table is the rightmost one"
+        if said == ["whichever"] and _MEANT.match(request[m.start("what") :]):
+            continue  # "whichever of those he means"
         if said == ["whichever"] and _ranked(words, request, m.start(), scene):
             continue  # "whichever of the yellow ones is further left"
         of_places = (

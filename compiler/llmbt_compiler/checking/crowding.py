@@ -161,7 +161,7 @@ def _in_two(
     words: Sequence[Token], line: str, named: Sequence[_Named], places: Sequence[_Named], scene: Scene
 ) -> Iterator[Diagnostic]:
     """ "The water on the desk and on the bar"."""
-    if len(named) != 1 or len(named[0].ids) != 1:
+    if len({n.ids for n in named}) != 1 or len(named[0].ids) != 1:
         return
     for a, b in pairwise(places):
         between = {t.text for t in words[a.end : b.start]}

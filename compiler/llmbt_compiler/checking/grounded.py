@@ -104,9 +104,10 @@ class _Request:
 
     @property
     def in_mind(self) -> bool:
-        """ "I've got a spot on the shelf in mind for it": one that the user knows alone."""
+        """ "I've got a spot on the shelf in mind for it", "it's on the wrong level": the user knows alone which."""
         texts = [t.text for t in self.words]
-        return ["in", "mind"] in [texts[k : k + 2] for k in range(len(texts))]
+        pairs = [texts[k : k + 2] for k in range(len(texts))]
+        return ["in", "mind"] in pairs or any(a == "wrong" and b in _PLACES for a, b in pairwise(texts))
 
     @property
     def exchanges(self) -> bool:

@@ -55,7 +55,7 @@ _SAID = re.compile(
 _CORRECTS = re.compile(
     r"^\W*(?:(?:oh|ah|uh|um|er|hm+|oops|whoops|ok|okay|well|and|but)\b[\s,.!\u2026]*)*(?:"
     r"no\b(?=\s*[,.!:;\u2026\u2013\u2014-]|\s+(?:wait|sorry|hang|hold|actually|scratch|not|rather|on|onto|to|the|make)\b)"
-    r"|(?:no,?\s+)?(?:wait|hang\s+on|hold\s+on|sorry|pardon|oops|whoops|my\s+(?:bad|mistake))\s*[,.!:;\u2026\u2013\u2014-]"
+    r"|(?:no,?\s+)?(?:wait|hang\s+on|hold\s+on|sorry|pardon|oops|whoops|my\s+(?:bad|mistake))\s*[,.!:;\u2026\u2013\u2014-]+\s*(?=\w)"
     r"|(?:scratch|strike|cancel|undo|ignore|forget)\s+(?:that|it|about|what)\b|correction\b"
     r"|(?:sorry,?\s+)?I\s+mean(?:t)?\b|(?:or\s+|actually,?\s+|no,?\s+)*make\s+(?:that|it)\s+(?=(?:the|an?|on|position|level|slot|object)\b|\d)"
     r"|or\b(?!\s+else\b)|rather\b|on\s+second\s+thoughts?\b|never\s*mind\b|not\s+[^,;:.]{1,40}[,;:\u2013\u2014]\s*(?:but\s+)?[^,;:]{1,40}$)",

@@ -13,7 +13,14 @@ from llmbt_compiler.checking.referring.nouns import bare, noun
 from llmbt_compiler.checking.referring.predicates import predicated
 from llmbt_compiler.checking.referring.ranks import ranked
 from llmbt_compiler.checking.referring.relative import compared, related
-from llmbt_compiler.checking.referring.simple import colour_alone, plain, something, something_compared, told_alone
+from llmbt_compiler.checking.referring.simple import (
+    colour_alone,
+    felt_alone,
+    plain,
+    something,
+    something_compared,
+    told_alone,
+)
 from llmbt_compiler.checking.telling import entered
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.scene import Scene
@@ -45,6 +52,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
             or told_alone(words, i, scene)
             or one_there(words, i, scene, where, group)
             or colour_alone(words, i, scene)
+            or felt_alone(words, i, scene, group)
         )
         if found is not None:
             before |= set(found.ids)

@@ -26,8 +26,9 @@ from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["colour_alone", "plain", "something", "something_compared", "told_alone"]
+__all__ = ["colour_alone", "felt_alone", "plain", "something", "something_compared", "told_alone"]
 
+_VERBAL = frozenset({"has", "must", "should", "goes", "is", "needs", "belongs", "ought", "shall", "wants", "please"})
 _USES = {"drink": "drink", "eat": "food", "snack": "snack"}
 
 
@@ -97,6 +98,16 @@ def told_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
     if not uncheckable(words, end, scene, opened=any_) or any(scene[m.id].movable for m in mentions_in(before, scene)):
         return None
     return Meant(i, end, tuple(sorted((e.id for e in scene.objects), key=natural)))
+
+
+def felt_alone(words: Sequence[Token], i: int, scene: Scene, group: Sequence[str]) -> Meant | None:
+    """ "The heavier has to go": one of those named before, or of all, told by what no map says."""
+    if words[i].text not in POINTING or i + 2 >= len(words) or not hearsay(words, i + 1, scene):
+        return None
+    after = words[i + 2]
+    if after.word and after.text not in _VERBAL and not lexicon().is_(after.text, "onto"):
+        return None
+    return Meant(i, i + 2, tuple(group) or tuple(sorted((e.id for e in scene.objects), key=natural)))
 
 
 def colour_alone(words: Sequence[Token], i: int, scene: Scene) -> Meant | None:
