@@ -8,15 +8,30 @@ from pathlib import Path
 from llmbt_ir.condition import Condition, parse_condition
 from llmbt_ir.xml import parse_xml, read_bytes
 
-__all__ = ["BLIND", "BLIND2", "BLIND3", "BLIND4", "DEV", "DEV2", "FOLDER", "Case", "Goals", "read_open"]
+__all__ = [
+    "BLIND",
+    "BLIND2",
+    "BLIND3",
+    "BLIND4",
+    "BLIND5",
+    "DEV",
+    "DEV2",
+    "DEV3",
+    "FOLDER",
+    "Case",
+    "Goals",
+    "read_open",
+]
 
 FOLDER = Path(__file__).parents[2] / "fixtures" / "requests"
 BLIND = FOLDER / "blind.jsonl"
 BLIND2 = FOLDER / "blind2.jsonl"
 BLIND3 = (FOLDER / "blind3a.jsonl", FOLDER / "blind3b.jsonl")
 BLIND4 = (FOLDER / "blind4a.jsonl", FOLDER / "blind4b.jsonl")
+BLIND5 = (FOLDER / "blind5a.jsonl", FOLDER / "blind5b.jsonl")
 DEV = FOLDER / "dev.jsonl"
 DEV2 = FOLDER / "dev2.jsonl"
+DEV3 = FOLDER / "dev3.jsonl"
 
 Goals = frozenset[Condition]
 
