@@ -79,7 +79,8 @@ def _full(
     for phrase in (*phrases, *_together(words, tuple(_everything(words, scene)))):
         end = next((k for k in range(phrase.end, len(words)) if words[k].text in ENDS), len(words))
         first = max(phrase.end, phrase.stop)
-        onto = (place_named(words, k + 1, scene) for k in range(first, end) if words[k].text in _ONTO)
+        clause = next((k for k in range(first, end) if words[k].text in {",", "and"}), end)
+        onto = (place_named(words, k + 1, scene) for k in range(first, clause) if words[k].text in _ONTO)
         place, stop = next(((p, e) for p, e in onto if p is not None), (None, end))
         more = any(words[k].text == "and" and _names_place(words, k + 1, scene) for k in range(stop, end))
         if phrase.count < 2 or place is None or more:
@@ -119,7 +120,7 @@ def _everything(words: Sequence[Token], scene: Scene) -> Iterator[Meant]:
         said = {w.text for w in words[begin : min(end, i + 10)]}
         if said & _EXCEPTING or lexicon().function["negation"] & said - {"no"}:
             continue
-        if t.text in _ALL and not (i and words[i - 1].text in {"of", "them", "they", "are", "at"}):
+        if t.text in _ALL and not (i and words[i - 1].text in {"of", "them", "they", "are", "at", "it", "that"}):
             yield from _all(words, i, end, scene)
         if t.text != "everything" or {w.text for w in words[i + 1 : i + 5]} & {
             "there",
