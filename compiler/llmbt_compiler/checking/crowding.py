@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from llmbt_atl.library import Library
-from llmbt_compiler.checking.referring import Meant, meant_objects, place_named
+from llmbt_compiler.checking.referring import Meant, meant_objects, place_named, standing_there
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
 from llmbt_compiler.checking.staying import here_named
 from llmbt_compiler.parsing import Goal
@@ -154,7 +154,9 @@ def _all(words: Sequence[Token], i: int, end: int, scene: Scene) -> Iterator[Mea
     for stop in (k + 2, k + 1):
         found = resolve_objects((Token("all", words[i].start, words[i].end), *words[k:stop]), scene, Talk())
         if k < stop <= end and isinstance(found, Found) and not found.corrected:
-            yield Meant(i, stop, found.ids, len(found.ids))
+            where = {o.id: o.place for o in scene.map.objects}
+            ids, after = standing_there(words, stop, found.ids, scene, where)  # "all that stuff on level one"
+            yield Meant(i, after, ids, len(ids))
             return
 
 
