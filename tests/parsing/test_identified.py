@@ -50,3 +50,9 @@ def test_the_same_again_where_the_first_went_to_any_place():
     goals, errors = read("cargo_sorting", "Place object 1 on any free position.", "Likewise place object 2.")
     assert {g.partition(",")[0] for g in goals} == {"On(object_1", "On(object_2"}
     assert not errors
+
+
+@pytest.mark.parametrize("more", ["likewise object 2", "object 2 too", "object 2 as well"])
+def test_likewise_means_the_place_too(more):
+    goals, errors = read("cargo_sorting", f"Take object 1 to level 2; {more}.")
+    assert (goals, errors) == ({"On(object_1, position_21)", "On(object_2, position_22)"}, set())

@@ -447,6 +447,8 @@ class Ordering(Acting):
         shape = self.shape(templates[0])
         if shape is Shape.TRAVEL:
             self.travel_or_carry(clause, templates, group, excluded)
+        elif shape is Shape.PICK and self.likewise_there(group):
+            self.bring(clause, self.placing(), group, excluded)
         elif shape is Shape.PICK:
             self.pick(clause, templates, group, excluded)
         elif shape is Shape.FREE:

@@ -333,6 +333,16 @@ class Placing(Putting):
         after = [t.text for t in tokens(self.now.text, end)][:2]
         return bool(after) and (lexicon().is_(after[0], "likewise") or after == ["as", "well"])
 
+    def likewise_there(self, group: Group) -> bool:
+        """ "Take object 1 to level 2; likewise object 2": to where the one before it in the step went."""
+        if not group.targets or group.destinations or self.place[0] is None or self.place[1] != self.turn:
+            return False
+        first, last = group.targets[0].extent.start, group.targets[-1].extent.end
+        before = [t.text for t in tokens(self.now.text, 0, first) if not lexicon().is_(t.text, "articles")]
+        after = [t.text for t in tokens(self.now.text, last)][:2]
+        said = [*before[-1:], *after[:1]]
+        return after == ["as", "well"] or any(lexicon().is_(w, "likewise") for w in said)
+
     def so_too(self, clause: Clause) -> bool:
         """Whether "likewise" stands before the clause's verb, and nothing is in the hand."""
         lead = tokens(self.now.text, 0, clause.extent.start)
