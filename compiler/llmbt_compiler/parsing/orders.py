@@ -466,7 +466,7 @@ class Ordering(Acting):
         """ "Move the milk to the bar" where "move" is the robot's own verb: the target makes it a placing."""
         if not group.targets:
             self.travel(clause, templates[0], group)
-        elif group.destinations and self.placing():
+        elif (group.destinations or self.to_origin(clause)) and self.placing():
             self.bring(clause, self.placing(), group, excluded)
         elif self.quiet(group.targets[0]) and not group.destinations:
             self.mention(group)

@@ -18,7 +18,7 @@ from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.putting import Putting, extent_of, goal_pattern
 from llmbt_compiler.parsing.verbs import Shape
-from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lemmas, lexicon, tokens
 
 __all__ = ["Placing", "extent_of", "goal_pattern"]
 
@@ -297,7 +297,7 @@ class Placing(Putting):
         return any(not any(p == h or self.scene.within(h, p) for h in here) for p in places)
 
     def to_origin(self, clause: Clause) -> bool:
-        """Whether "to its original position" follows the clause's last keyword unlabelled."""
+        """Whether "to its original position" follows the clause's last keyword unlabelled, or a thing is "returned"."""
         end = max((p.extent.end for p in clause.phrases), default=clause.extent.end)
         after = tokens(self.now.text, end)[:5]
         texts = [t.text for t in after]
@@ -305,6 +305,8 @@ class Placing(Putting):
         own = [p for p in clause.phrases if p.kind is Kind.TARGET and not lexicon().is_(p.parts[0].text, "pronouns")]
         if m is not None and (m["came"] or not own):  # "place the green cube where it was": another's place
             return True
+        if "return" in lemmas(clause.action.casefold()) and any(p.kind is Kind.TARGET for p in clause.phrases):
+            return all(p.kind is Kind.TARGET for p in clause.phrases)
         return texts[:1] == ["to"] and any(lexicon().is_(t, "back_to") for t in texts)
 
     def beginning(self, clause: Clause) -> str | None:
