@@ -120,7 +120,7 @@ def test_a_scene_that_changed_is_seen_by_the_goals(scene, tape):
     semantic_map, library = scene
     fewer = replace(semantic_map, objects=semantic_map.objects[:5])
     verdict = verify(read_cassette(tape.path), scene_of((fewer, library)))
-    assert (verdict.drift, verdict.stale, verdict.now) == (Drift.MEANING, True, "exit 5: E301")
+    assert (verdict.drift, verdict.stale, verdict.now) == (Drift.MEANING, True, "exit 5: E142")
 
 
 def test_a_dialogue_is_verified_turn_by_turn(scene, tmp_path):
