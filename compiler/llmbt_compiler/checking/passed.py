@@ -14,6 +14,7 @@ from llmbt_compiler.checking.referring import meant_objects, pointed_to
 from llmbt_compiler.checking.sentences import span_of
 from llmbt_compiler.checking.wording import phrase_at
 from llmbt_compiler.parsing import ParseResult
+from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Found
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import relations
@@ -21,8 +22,12 @@ from llmbt_compiler.parsing.space.reading import name_end
 from llmbt_compiler.parsing.words import Token, lexicon
 from llmbt_ir.diagnostics import Diagnostic
 
-__all__ = ["passed_over"]
+__all__ = ["passed_over", "short_of_all"]
 
+_APART = frozenset({
+    "one", "other", "either", "first", "second", "third", "stay", "stays", "leave", "keep", "only", "half", "any",
+    "left", "right", "front", "back", "former", "latter", "where", "swap", "exchange",
+})  # fmt: skip
 _BEING = frozenset({",", "(", "that", "thats", "which", "is", "the", "its", "it", "i", "mean", "-"})
 _LEAVING = frozenset({
     "leave", "leaving", "stay", "stays", "keep", "remain", "remains", "where", "swap", "exchange", "switch", "already",
@@ -147,3 +152,32 @@ def _concerns(id_: str, about: set[str], scene: Scene) -> bool:
     if id_ in about:
         return True
     return not scene[id_].movable and any(a in {p.id for p in scene.map.inside(id_)} for a in about)
+
+
+def short_of_all(words: Sequence[Token], request: str, parsed: ParseResult, scene: Scene) -> Iterator[OpenPoint]:
+    """ "The two reds on level 2", of which the goals take one, and the other is not there yet: E143. Not where the
+    request speaks of one of them by itself, takes something out, or tells something else by them."""
+    said = {t.text for t in words}
+    if said & (_APART | set(lexicon().sizes)) or any(lexicon().is_(t.text, *_TURNING) for t in words):
+        return
+    placed = {g.condition.args[0]: g.condition.args[1] for g in parsed.goals if g.condition.name == "On"}
+    where = {o.id: o.place for o in scene.map.objects}
+    phrases = tuple(meant_objects(words, request, scene))
+    named = {m.id for m in mentions_in(words, scene)}
+    for p in phrases:
+        taken = [i for i in p.ids if i in placed]
+        marks = any(p.start - 2 < r.end <= p.start for r in relations(words))
+        of = p.start > 0 and words[p.start - 1].text in {"of", "between", "than", "among"}
+        if not (p.exactly and len(p.ids) == p.count > 1 and 0 < len(taken) < p.count) or marks or of:
+            continue
+        if named & set(p.ids) or any(set(q.ids) < set(p.ids) for q in phrases):
+            continue
+        around = {c for i in taken for c in (placed[i], *tuple(scene.map.containers(placed[i]))[:1])}
+        left = tuple(i for i in p.ids if i not in taken and not any(scene.within(where.get(i), c) for c in around))
+        if left:
+            phrase = request[words[p.start].start : words[p.end - 1].end]
+            title = f"the request names `{phrase}`, and the reply takes {', '.join(taken)} alone"
+            span = span_of(words[p.start : p.end], request)
+            yield OpenPoint(
+                Diagnostic("E143", title, span, "no goal is about the rest", "say it again", candidates=left)
+            )

@@ -19,7 +19,7 @@ from llmbt_compiler.checking.enough import not_enough
 from llmbt_compiler.checking.levels import levels_from
 from llmbt_compiler.checking.numbers import is_noun, named_by_number, numbered
 from llmbt_compiler.checking.pairs import half_numbered, the_other
-from llmbt_compiler.checking.passed import passed_over
+from llmbt_compiler.checking.passed import passed_over, short_of_all
 from llmbt_compiler.checking.points import OpenPoint
 from llmbt_compiler.checking.referring import Meant, meant_objects, place_named, told_apart
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
@@ -74,6 +74,7 @@ def open_points(
         *_spots(words, line, parsed.goals, scene),
         *_pronouns(words, line, parsed.goals, scene),
         *passed_over(words, line, parsed, scene, frozenset(mentioned_in(said, scene))),
+        *short_of_all(words, line, parsed, scene),
         *_relations(words, line, parsed),
     )
 
