@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import chain
 from typing import Any
 
@@ -22,14 +23,13 @@ from llmbt_compiler.checking import (
     moved_all_the_same,
     obstacles,
     open_points,
-    second_reading,
     too_many,
     unable,
     ungrounded,
     unknown_names,
     witnessed,
 )
-from llmbt_compiler.parsing import Goal, LabelledStep, Note, ParseResult
+from llmbt_compiler.parsing import Goal, LabelledStep, Note, ParseResult, parse
 from llmbt_compiler.reasoning.chat import Reply, answerable
 from llmbt_compiler.reasoning.dialogue import Dialogue
 from llmbt_compiler.reasoning.prompt import Prompt, continue_prompt, correct_prompt
@@ -238,23 +238,28 @@ class _Run:
         if found:
             raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
 
+    @property
+    def of_a_reply(self) -> bool:
+        """Whether what is checked is a reply, to which the user has not said anything yet."""
+        return self.context.stated is None and not self.settled and "reason" in self.values
+
     def refuse_the_impossible(self) -> None:
         """A request that cannot be carried out is no matter for a question about the steps."""
-        if self.context.stated is not None or self.settled or "reason" not in self.values:
+        if not self.of_a_reply:
             return
         self.refuse_inability()
         semantic_map, library = self.context.semantic_map, self.context.library
-        own = second_reading(self.sentences(), semantic_map, library).goals
+        goals = self.own_reading.goals
         found = (
-            *too_many(self.context.request, own, semantic_map, library),
-            *moved_all_the_same(self.context.request, own, semantic_map, library),
+            *too_many(self.context.request, goals, semantic_map, library),
+            *moved_all_the_same(self.context.request, goals, semantic_map, library),
         )
         if found:
             raise LlmbtError(*found, exit_code=ExitCode.NO_SUCCESS)
 
     def what_the_map_lacks(self) -> Asked | None:
         """What the request names and the map has not is asked about before what the steps leave open for that."""
-        if self.context.stated is not None or self.settled or "reason" not in self.values:
+        if not self.of_a_reply:
             return None
         point = lacking(self.context.request, self.context.semantic_map, self.context.library)
         return from_request(point, self.context.semantic_map, self.context.library) if point is not None else None
@@ -267,7 +272,7 @@ class _Run:
 
     def open_point(self, parsed: ParseResult) -> Asked | None:
         """What the reply decided without asking: only of a reply, and only until the user has said something."""
-        if self.context.stated is not None or self.settled or "reason" not in self.values:
+        if not self.of_a_reply:
             return None
         context = self.context
         semantic_map, library = context.semantic_map, context.library
@@ -275,14 +280,20 @@ class _Run:
         said = "\n".join(s.text for s in steps.steps) if isinstance(steps, Steps) else ""
         for point in open_points(context.request, parsed, semantic_map, library, said):
             return from_request(point, semantic_map, library)
-        sentences = self.sentences()
+        sentences = self.sentences
         points = chain(
-            witnessed(context.request, sentences, parsed.goals, semantic_map, library),
+            witnessed(context.request, sentences, self.own_reading, parsed.goals, semantic_map, library),
             unknown_names(sentences, parsed.goals, semantic_map, library),
             ungrounded(context.request, parsed.goals, semantic_map, library),
         )
         return next((from_request(p, semantic_map, library) for p in points), None)
 
+    @cached_property
+    def own_reading(self) -> ParseResult:
+        """What the request comes to by itself."""
+        return parse(self.sentences, self.context.semantic_map, self.context.library)
+
+    @cached_property
     def sentences(self) -> tuple[LabelledStep, ...]:
         """The request's sentences, labelled as if each were a step."""
         return tagged(_SENTENCES.findall(" ".join(self.context.request.split())[:_LONGEST]), self.context.tagger)
@@ -422,7 +433,7 @@ class _Run:
     def told_what_lacks(self, asked: Asked) -> Asked:
         """The model's question, with the reason why the request cannot be carried out as it stands, if there is one."""
         context = self.context
-        found = obstacles(context.request, self.sentences(), context.semantic_map, context.library)
+        found = obstacles(context.request, self.sentences, self.own_reading, context.semantic_map, context.library)
         obstacle = next(found, None)
         if obstacle is None:
             return asked
@@ -455,9 +466,9 @@ class _Run:
         ids = choose(answer, asked, semantic_map, library)
         if not ids:
             return None
-        parse = next(s for s in self.table if s.name == "parse")
+        stage = next(s for s in self.table if s.name == "parse")
         for steps in self.readings(asked, answer, ids):
-            parsed = parse.run(steps, context)
+            parsed = stage.run(steps, context)
             about = {a for g in parsed.goals for a in g.condition.args}
             brought = any(len(g.condition.args) > 1 for g in parsed.goals) or _HOLDING.search(context.request)
             if parsed.ok and brought and all(about & {i, *(p.id for p in semantic_map.inside(i))} for i in ids):
@@ -470,9 +481,9 @@ class _Run:
         said again with what was chosen."""
         context = self.context
         semantic_map, library = context.semantic_map, context.library
-        parse = next(s for s in self.table if s.name == "parse")
+        stage = next(s for s in self.table if s.name == "parse")
         steps = tagged([" ".join(context.request.split())], context.tagger)
-        own = from_diagnostics(parse.run(steps, context).diagnostics, semantic_map, library)
+        own = from_diagnostics(stage.run(steps, context).diagnostics, semantic_map, library)
         if own is not None and set(own.candidates) & set(asked.candidates):
             edit = edit_for(own, answer, steps, semantic_map, library)
             if edit is not None:

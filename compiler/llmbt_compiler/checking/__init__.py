@@ -8,7 +8,7 @@ from llmbt_compiler.checking.kept import moved_all_the_same
 from llmbt_compiler.checking.obstacles import obstacles
 from llmbt_compiler.checking.request import lacking, open_points
 from llmbt_compiler.checking.unknown import unknown_names
-from llmbt_compiler.checking.witness import second_reading, witnessed
+from llmbt_compiler.checking.witness import witnessed
 
 __all__ = [
     "contradictions",
@@ -16,7 +16,6 @@ __all__ = [
     "moved_all_the_same",
     "obstacles",
     "open_points",
-    "second_reading",
     "too_many",
     "unable",
     "ungrounded",

@@ -8,11 +8,12 @@ from collections.abc import Iterator, Sequence
 from llmbt_compiler.checking.levels import levels_from
 from llmbt_compiler.checking.referring import landmark, meant_objects, place_named
 from llmbt_compiler.checking.sentences import sentence_at, span_of
-from llmbt_compiler.checking.sides import nothing_beyond, row_of, shifts
+from llmbt_compiler.checking.sides import nothing_beyond, shifts
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import relations
+from llmbt_compiler.parsing.space.rows import row_of
 from llmbt_compiler.parsing.words import Token, lexicon, singulars
 from llmbt_ir.diagnostics import Diagnostic
 

@@ -122,15 +122,7 @@ def _everything(words: Sequence[Token], scene: Scene) -> Iterator[Meant]:
             continue
         if t.text in _ALL and not (i and words[i - 1].text in {"of", "them", "they", "are", "at", "it", "that"}):
             yield from _all(words, i, end, scene)
-        if t.text != "everything" or {w.text for w in words[i + 1 : i + 5]} & {
-            "there",
-            "here",
-            "else",
-            "isnt",
-            "not",
-            "that",
-            "which",
-        }:
+        if t.text != "everything" or {w.text for w in words[i + 1 : i + 5]} & _LESS:
             continue
         there = i + 1 < end and words[i + 1].text in {"from", "on", "in", "off", "thats"}
         place, stop = place_named(words, i + 2, scene) if there else (None, i + 1)

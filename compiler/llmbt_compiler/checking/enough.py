@@ -5,14 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from llmbt_compiler.checking.referring import Meant
 from llmbt_compiler.checking.sentences import sentence_at
 from llmbt_compiler.parsing.mentions import mentions_in
 from llmbt_compiler.parsing.names import Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
-from llmbt_compiler.parsing.scene import Scene, natural
+from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import relations
+from llmbt_compiler.parsing.space.rows import row_of
 from llmbt_compiler.parsing.words import Token, lexicon, singulars
 
 __all__ = ["Lacking", "not_enough"]
@@ -43,10 +45,6 @@ def not_enough(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -
     yield from _no_gap(words, scene)
     yield from _nobody(words, scene)
     yield from _filled(words, scene)
-
-
-def _row_of(place: str, scene: Scene) -> tuple[str, ...]:
-    return tuple(scene.map.containers(place))[:1]
 
 
 def _another(words: Sequence[Token], phrases: Sequence[Meant], scene: Scene) -> Iterator[Lacking]:
@@ -92,10 +90,8 @@ def _no_gap(words: Sequence[Token], scene: Scene) -> Iterator[Lacking]:
         at = [m for m in named if relation.end <= m.start <= relation.end + 5][:2]
         if len(at) != 2 or any(scene[m.id].movable or not scene.single(m.id) for m in at):
             continue
-        inner = _row_of(at[0].id, scene)
-        row = sorted((p.id for p in scene.map.inside(inner[0])), key=natural) if inner else []
-        a, b = (row.index(m.id) if m.id in row else -9 for m in at)
-        if a >= 0 and b >= 0 and abs(a - b) == 1:
+        row = row_of(at[0].id, scene)
+        if {m.id for m in at} in [set(pair) for pair in pairwise(row)]:
             yield Lacking(relation.start, at[1].end, f"{at[0].id} and {at[1].id} are next to each other")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from llmbt_compiler.parsing.scene import Scene, natural
+from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import Token
 
 __all__ = ["levels_from"]
@@ -20,9 +20,7 @@ def levels_from(words: Sequence[Token], place: str | None, scene: Scene) -> tupl
     above"), else all that way; none where they tell no way, or the place is on no level."""
     here = next(iter(scene.map.containers(place)), None) if place is not None else None
     over = next(iter(scene.map.containers(here)), None) if here is not None else None
-    levels = (
-        tuple(sorted({p.id for p in scene.map.inside(over) if scene.map.inside(p.id)}, key=natural)) if over else ()
-    )
+    levels = scene.upwards(p.id for p in scene.map.inside(over) if scene.map.inside(p.id)) if over is not None else ()
     said = {t.text for t in words}
     if here not in levels or bool(said & _UP) == bool(said & _DOWN):
         return ()

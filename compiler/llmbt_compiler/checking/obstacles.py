@@ -13,8 +13,7 @@ from llmbt_compiler.checking.crowding import too_many
 from llmbt_compiler.checking.kept import moved_all_the_same
 from llmbt_compiler.checking.request import lacking
 from llmbt_compiler.checking.unknown import unknown_names
-from llmbt_compiler.checking.witness import second_reading
-from llmbt_compiler.parsing import LabelledStep, say
+from llmbt_compiler.parsing import LabelledStep, ParseResult, say
 from llmbt_ir.diagnostics import Diagnostic
 from llmbt_ir.semantic_map import SemanticMap
 
@@ -26,15 +25,14 @@ _NOT_THERE = ("there is no", "the scene has no position", "the scene has no leve
 
 
 def obstacles(
-    request: str, sentences: Sequence[LabelledStep], semantic_map: SemanticMap, library: Library
+    request: str, sentences: Sequence[LabelledStep], own: ParseResult, semantic_map: SemanticMap, library: Library
 ) -> Iterator[Diagnostic]:
     """The reasons, the surest first: an ability that the robot lacks, what the map lacks, more on a place than it
-    holds, what is to stay and to go; then what the request's own reading runs into."""
+    holds, what is to stay and to go; then what the request's `own` reading runs into."""
     yield from unable(request, library)
     point = lacking(request, semantic_map, library)
     if point is not None:
         yield point.diagnostic
-    own = second_reading(sentences, semantic_map, library)
     yield from too_many(request, own.goals, semantic_map, library)
     yield from moved_all_the_same(request, own.goals, semantic_map, library)
     for fault in own.errors():

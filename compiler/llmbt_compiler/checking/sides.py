@@ -8,15 +8,13 @@ from itertools import pairwise
 
 from llmbt_compiler.checking.referring import Meant, landmark
 from llmbt_compiler.checking.sentences import sentence_at
-from llmbt_compiler.parsing.ledger import Ledger
 from llmbt_compiler.parsing.mentions import mentions_in
-from llmbt_compiler.parsing.names import Talk
 from llmbt_compiler.parsing.scene import Scene, natural
 from llmbt_compiler.parsing.space.expressions import relations
-from llmbt_compiler.parsing.space.world import World
+from llmbt_compiler.parsing.space.rows import row_of
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["Shift", "beside", "nothing_beyond", "row_of", "shifts", "sideways"]
+__all__ = ["Shift", "beside", "nothing_beyond", "shifts", "sideways"]
 
 _SIDES = frozenset({"left", "right", "leftmost", "rightmost", "front", "behind", "back", "either", "both", "each"})
 _STEPS = frozenset({"slot", "slots", "place", "places", "position", "positions", "spot", "spots", "space", "spaces",
@@ -75,14 +73,6 @@ def _side_last(words: Sequence[Token]) -> Iterator[Shift]:
         of = k + 1 < len(words) and words[k + 1].text == "of"
         if k < len(words) and words[k].text in {"left", "right"} and not of:
             yield Shift(i, k + 1, count, words[k].text)
-
-
-def row_of(place: str, scene: Scene) -> tuple[str, ...]:
-    """The positions beside a place, from the left to the right; none where it is in no row."""
-    inner = next(iter(scene.map.containers(place)), None) if place else None
-    if inner is None or not scene.single(place):
-        return ()
-    return _world(scene).in_order(inner, "left") or ()
 
 
 def beside(
@@ -171,8 +161,3 @@ def nothing_beyond(
         stop = relation.end + named.end if named is not None else mark.end if mark is not None else relation.end
         if row and place == row[0 if relation.name == "left" else -1]:
             yield relation.start, stop, place
-
-
-def _world(scene: Scene) -> World:
-    where = {o.id: o.place for o in scene.map.objects}
-    return World(scene, Ledger(dict(where)), where, Talk(where), "")

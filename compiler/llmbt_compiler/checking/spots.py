@@ -403,7 +403,7 @@ def _levels(read: _Read, words: Sequence[Token], lo: int, hi: int, scene: Scene)
 
 def _at_very(read: _Read, words: Sequence[Token], lo: int, hi: int, scene: Scene) -> Iterator[str]:
     """ "Up top", "to the very top", "right at the bottom": the level, where no noun follows."""
-    rows = sorted({c for p in read.pool for c in (next(iter(scene.map.containers(p)), None),) if c}, key=natural)
+    rows = scene.upwards(c for p in read.pool for c in tuple(scene.map.containers(p))[:1])
     for k in (*range(lo, read.start), *range(read.stop, hi)):
         after = words[k + 1] if k + 1 < len(words) else None
         alone = after is None or not (after.word or after.number is not None) or after.text in _LED | _IN
@@ -413,6 +413,6 @@ def _at_very(read: _Read, words: Sequence[Token], lo: int, hi: int, scene: Scene
 
 
 def _at_level(pool: Sequence[str], level: str, scene: Scene) -> tuple[str, ...]:
-    rows = sorted({next(iter(scene.map.containers(p)), "") for p in pool}, key=natural)
+    rows = scene.upwards(c for p in pool for c in tuple(scene.map.containers(p))[:1])
     row = rows[-1] if level == "top" else rows[0]
     return tuple(p for p in pool if scene.within(p, row)) if len(rows) > 1 else tuple(pool)

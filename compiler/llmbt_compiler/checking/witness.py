@@ -15,7 +15,7 @@ from llmbt_compiler.checking.choices import left_open
 from llmbt_compiler.checking.points import OpenPoint
 from llmbt_compiler.checking.referring import MASS, meant_objects, told_apart
 from llmbt_compiler.checking.sentences import one_line
-from llmbt_compiler.parsing import Goal, LabelledStep, ParseResult, parse
+from llmbt_compiler.parsing import Goal, LabelledStep, ParseResult
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.words import lexicon, tokens
 from llmbt_ir.diagnostics import Diagnostic, Severity, Span
@@ -25,22 +25,18 @@ _TOO_FAR = ("there is no", "the scene has no `")
 """How E302 begins where a place is counted that is not there, and not just a name unknown."""
 _MORE = frozenset({",", "(", "that", "which", "who", "whose", "you", "i", "we", "they"})
 
-__all__ = ["second_reading", "witnessed"]
-
-
-def second_reading(sentences: Sequence[LabelledStep], semantic_map: SemanticMap, library: Library) -> ParseResult:
-    """What the request comes to by itself, read as if each of its sentences were a step."""
-    return parse(sentences, semantic_map, library)
+__all__ = ["witnessed"]
 
 
 def witnessed(
     request: str,
     sentences: Sequence[LabelledStep],
+    own: ParseResult,
     goals: Sequence[Goal],
     semantic_map: SemanticMap,
     library: Library,
 ) -> Iterator[OpenPoint]:
-    """E141 where the request's own reading fits several things and the goals take fewer of them; E142 where it counts
+    """E141 where the request's `own` reading fits several things and the goals take fewer of them; E142 where it counts
     further than the map does ("the fifth position from the left")."""
     scene = Scene(semantic_map, library)
     line = one_line(request)
@@ -52,7 +48,7 @@ def witnessed(
         for p in phrases
         if len(p.ids) > 1 and told_apart(words, p.start, p.end, sorted(moved & set(p.ids)), p.ids, scene)
     ]
-    for fault in second_reading(sentences, semantic_map, library).errors():
+    for fault in own.errors():
         sentence = next((s.text for s in sentences if fault.span is not None and s.number == fault.span.line), "")
         if fault.code == "E302" and fault.title.startswith(_TOO_FAR):
             yield OpenPoint(_told(fault, "E142", f"the request names what is not there: {fault.title}", sentence))

@@ -13,7 +13,18 @@ from itertools import pairwise, takewhile
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import Extent, LabelledStep
 from llmbt_compiler.parsing.phrase import excepts
-from llmbt_compiler.parsing.phrases import MARKUP, Clause, Group, Phrase, StepText, groups_of, particles_of, phrase_of
+from llmbt_compiler.parsing.phrases import (
+    INNER,
+    MARKUP,
+    STANDING,
+    Clause,
+    Group,
+    Phrase,
+    StepText,
+    groups_of,
+    particles_of,
+    phrase_of,
+)
 from llmbt_compiler.parsing.words import Token, lemmas, lexicon, tokens
 
 __all__ = ["Clause", "Group", "Phrase", "clauses", "extents"]
@@ -37,25 +48,6 @@ _WISHED = frozenset(
 _NO_NAME = frozenset({"to", "do", "dont", "not", "any"})
 _POINTERS = frozenset({"one", "first", "second", "former", "latter", "other", "others"})
 _APART = frozenset({"apart", "aside", "save", "with", "excepting", "barring"})
-_STANDING = frozenset(
-    {
-        "that",
-        "which",
-        "is",
-        "are",
-        "currently",
-        "now",
-        "standing",
-        "lying",
-        "stands",
-        "lies",
-        "sits",
-        "stand",
-        "lie",
-        "sit",
-    }
-)
-_INNER = frozenset({"on", "in", "at", "of", "inside", "within", "from"})
 
 
 def _sorted(step: LabelledStep) -> tuple[KeywordSpan, ...]:
@@ -216,7 +208,7 @@ def _standing(text: StepText, end: int, after: Sequence[Token]) -> int:
     if here is None or here.label is not Kind.LOCATION:
         return 0
     lead = [t for t in after if t.end <= here.start]
-    plain = all(t.text in _STANDING or t.text in _INNER or lexicon().is_(t.text, "articles") for t in lead)
+    plain = all(t.text in STANDING or t.text in INNER or lexicon().is_(t.text, "articles") for t in lead)
     count = sum(t.end <= here.end for t in after)
     return count + (len(after) > count and after[count].text == ",") if lead and plain else 0
 

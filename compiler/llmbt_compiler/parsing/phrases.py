@@ -11,29 +11,26 @@ from llmbt_compiler.parsing.model import Extent, LabelledStep
 from llmbt_compiler.parsing.phrase import excepts
 from llmbt_compiler.parsing.words import Token, lexicon
 
-__all__ = ["MARKUP", "Clause", "Group", "Phrase", "StepText", "groups_of", "particles_of", "phrase_of"]
+__all__ = [
+    "INNER",
+    "MARKUP",
+    "STANDING",
+    "Clause",
+    "Group",
+    "Phrase",
+    "StepText",
+    "groups_of",
+    "particles_of",
+    "phrase_of",
+]
 
 MARKUP = frozenset("*`\"“”'‘’")
 _TRAIL = 6
-_STANDING = frozenset(
-    {
-        "that",
-        "which",
-        "is",
-        "are",
-        "currently",
-        "now",
-        "standing",
-        "lying",
-        "stands",
-        "lies",
-        "sits",
-        "stand",
-        "lie",
-        "sit",
-    }
-)
-_INNER = frozenset({"on", "in", "at", "of", "inside", "within", "from"})
+STANDING = frozenset({
+    "that", "which", "is", "are", "currently", "now", "standing", "lying", "stands", "lies", "sits",
+    "stand", "lie", "sit",
+})  # fmt: skip
+INNER = frozenset({"on", "in", "at", "of", "inside", "within", "from"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,9 +267,9 @@ def _followed(text: StepText, phrase: Phrase) -> Phrase:
                 break
             inside.append(t)
         return replace(phrase, aside=tuple(inside))
-    stands = next((i for i, t in enumerate(free) if t.text not in _STANDING), len(free))
-    free = free[stands:] if stands < len(free) and free[stands].text in _INNER else free
-    if free[0].text in _INNER or free[0].text == ",":
+    stands = next((i for i, t in enumerate(free) if t.text not in STANDING), len(free))
+    free = free[stands:] if stands < len(free) and free[stands].text in INNER else free
+    if free[0].text in INNER or free[0].text == ",":
         trail = tuple(takewhile(lambda t: t.word or t.number is not None, free[1 : _TRAIL + 1]))
         return replace(phrase, after=trail) if free[0].text == "," else replace(phrase, trail=trail)
     return phrase

@@ -217,7 +217,7 @@ def _places(
     named = [e for e in base if set(d.texts) <= e.stem | {e.type}]
     base = named or base
     if d.rank or d.ordinal is not None:
-        return _ranked(d, base, said, corrected, inside=pool is not scene.places)
+        return _ranked(d, base, scene, said, corrected, inside=pool is not scene.places)
     if not d.many:
         exact = [e for e in base if e.stem == set(d.texts)]
         base = exact or base
@@ -278,10 +278,10 @@ _ALPHABET = "abcdefghijklmnopqrstuvwxyz"
 
 
 def _ranked(
-    d: Description, base: list[Entity], said: str, corrected: tuple[str, ...], *, inside: bool
+    d: Description, base: list[Entity], scene: Scene, said: str, corrected: tuple[str, ...], *, inside: bool
 ) -> Found | Fault:
-    """ "The top level", "the second level", "the last position on level 1": by number, where the numbers run from 1,
-    the rank is an end, or the places are those `inside` one that is named."""
+    """ "The top level", by how high it lies; "the second level", "the last position on level 1": by number, where the
+    numbers run from 1, the rank is an end, or the places are those `inside` one that is named."""
     pick: Mapping[str, Callable[[int], int | None]] = {
         "top": lambda n: n - 1,
         "last": lambda n: n - 1 if inside else None,
@@ -300,12 +300,13 @@ def _ranked(
             else ambiguous(d, ids_of(base), said)
         )
     if alike and inside and d.count and (d.ordinal == 1 or d.rank == "last") and d.count <= len(row):
-        ids = [e.id for e in row]  # "the first two positions of level 2"
-        return Found(tuple(ids[: d.count] if d.ordinal == 1 else ids[-d.count :]), corrected)
+        some = row[: d.count] if d.ordinal == 1 else row[-d.count :]  # "the first two positions of level 2"
+        return Found(ids_of(some), corrected)
     if alike and d.rank:
         at = pick[d.rank](len(row))
+        ids = ids_of(row) if d.rank == "last" else scene.upwards(ids_of(row))
         if at is not None:
-            return Found((row[at].id,), corrected)
+            return Found((ids[at],), corrected)
     if alike and d.ordinal is not None and (inside or [e.number for e in row] == [str(i + 1) for i in range(len(row))]):
         if d.ordinal <= len(row):
             return Found((row[d.ordinal - 1].id,), corrected)

@@ -227,6 +227,14 @@ class Scene:
         called = entity.words - (entity.colour - entity.stem) if word in lexicon().sorts else entity.words
         return not called.isdisjoint(lexicon().alike(word))
 
+    def upwards(self, places: Iterable[str]) -> tuple[str, ...]:
+        """Places from the lowest to the highest, by their surfaces; by their numbers where the map does not say how
+        high they lie, or some lie equally high."""
+        ids = sorted(set(places), key=natural)
+        heights = {i: p.surface_m[2] for i in ids if (p := self.map.place(i)) is not None and p.surface_m is not None}
+        known = len(heights) == len(ids) == len(set(heights.values()))
+        return tuple(sorted(ids, key=lambda i: heights[i]) if known else ids)
+
     def within(self, place: str | None, container: str) -> bool:
         """Whether a place is a container or lies in it."""
         return place is not None and (place == container or container in self.map.containers(place))

@@ -17,15 +17,20 @@ _ASKS = re.compile(
     r"|have\s+(?:you|they|we|I)\b|(?:should|shall)\s+(?:I|we)\b)[^?.!]*\?\W*$",
     re.IGNORECASE,
 )
-_ONE_CLAUSE = r"(?:(?!\b(?:and|so|but|then|please)\b)[^,;:.!?])*[.!]?\s*$"
+_ONE_CLAUSE = (
+    r"(?:(?!\b(?:and|so|but|then|please|needs?|must|should|shall|ought|has|have|belongs?|goes|to\s+(?:be|go|move|come|get))\b)"
+    r"[^,;:.!?])*[.!]?\s*$"
+)
+"""To the end, with no other clause and no word of what ought to be."""
 _STATES = re.compile(
     r"^\W*(?:(?:I|we|they)\s+(?:can\s+|could\s+|already\s+|currently\s+|now\s+|just\s+|really\s+|still\s+)*"
     r"(?:see|saw|find|found|notice|noticed|spot|spotted|observe|observed|detect|detected|remember|have|had|know|knew"
     r"|think|thought|believe|guess|love|like|liked|enjoy)\s+(?!to\b)"
     r"|you\s+(?:can|will|may|might)\s+(?:see|find|notice|spot)\b"
     r"|(?:(?:on|in|at)\s+[^,;:.!?]{1,40}\s+)?there(?:\s+is|\s+are|'s)\s+(?!to\b)"
-    r"|(?!(?:the\s+)?(?:robot|arm|gripper|hand)\b)[^,;:.!?]{1,60}\s(?:suits|fits|holds|contains|is\s+where|is\s+(?:\w+\s+)?(?:free|empty|enough|suitable)\s+for)\b)"
-    + _ONE_CLAUSE,
+    r"|(?!(?:the\s+)?(?:robot|arm|gripper|hand)\b)(?:(?:the|this|that|my|our)\s|[a-z]+\s+\w*\d)"
+    r"(?:(?!\b(?:that|which|who|where|what|wherever|whichever|whatever|if)\b)[^,;:.!?]){0,60}?"
+    r"\s(?:suits|fits|holds|contains|is\s+where|is\s+(?:\w+\s+)?(?:free|empty|enough|suitable)\s+for)\b)" + _ONE_CLAUSE,
     re.IGNORECASE,
 )
 _COURTEOUS = re.compile(

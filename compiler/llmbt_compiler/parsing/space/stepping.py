@@ -13,9 +13,9 @@ from llmbt_compiler.parsing.names import ANYWHERE, ORIGIN, Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.plainly import instead
-from llmbt_compiler.parsing.scene import Scene, natural
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.rows import row_of
 from llmbt_compiler.parsing.words import lexicon, tokens
-from llmbt_compiler.relations import DIRECTIONS, layout, ties
 
 __all__ = ["stepped"]
 
@@ -62,18 +62,6 @@ def stepped(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Faul
     return step
 
 
-def _row(place: str, scene: Scene) -> tuple[str, ...]:
-    """The places of the kind of one and within the same container, from left to right."""
-    around = next(iter(scene.map.containers(place)), None)
-    slots = [
-        e.id for e in scene.places if scene.single(e.id) and next(iter(scene.map.containers(e.id)), None) == around
-    ]
-    known = layout(scene.map, {})
-    things = [t for i in slots if (t := known.get(i)) is not None]
-    groups = ties(things, DIRECTIONS["left"])
-    return tuple(g[0] for g in groups) if all(len(g) == 1 for g in groups) else ()
-
-
 def _aside(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault:
     """ "One slot further right than position 34"."""
     m = _ASIDE.search(step.text)
@@ -89,7 +77,7 @@ def _aside(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault
             found = Found((str(talk.where[thing.ids[0]]),))
         if m is None or not isinstance(found, Found) or len(found.ids) != 1 or not scene.single(_only(found)):
             continue
-        row, extent = _row(_only(found), scene), Extent(m.start(), parts[size - 1].end)
+        row, extent = row_of(_only(found), scene), Extent(m.start(), parts[size - 1].end)
         if _only(found) not in row:
             return step
         count = _COUNTS[m["count"].casefold()]
@@ -123,7 +111,7 @@ def _along(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault
     ):
         return step
     inside = [e.id for e in scene.places if scene.single(e.id) and scene.within(e.id, _only(where))]
-    row = _row(inside[0], scene) if inside else ()
+    row = row_of(inside[0], scene) if inside else ()
     row = row if (m["end"] or "left").casefold() == "left" else row[::-1]
     number = next((n for t in tokens(m["slot"]) if (n := lexicon().ordinals.get(t.text))), None)
     if not row or len(row) != len(inside) or number is None:
@@ -163,7 +151,7 @@ def _far(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault:
     if not isinstance(found, Found) or len(found.ids) != 1 or not _only(found) or scene.single(_only(found)):
         return step
     inside = [e.id for e in scene.places if scene.single(e.id) and scene.within(e.id, _only(found))]
-    row = _row(inside[0], scene) if inside else ()
+    row = row_of(inside[0], scene) if inside else ()
     extent = Extent(m.start("outer"), m.end())
     if not row or len(row) != len(inside):
         return Fault("E304", f"`{extent.cut(step.text)}` fits several places", extent, "where?", "name the place")
@@ -176,9 +164,7 @@ def _level(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault
     if m is None:
         return step
     noun = (m["noun"] or m["noun2"]).casefold()
-    levels = sorted(
-        (e for e in scene.places if noun in e.words and not scene.single(e.id)), key=lambda e: natural(e.id)
-    )
+    levels = [e for e in scene.places if noun in e.words and not scene.single(e.id)]
     if len(levels) < 2 or any(e.number is None for e in levels):
         return step
     extent = Extent(*m.span())
@@ -188,7 +174,7 @@ def _level(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fault
     unclear = Fault("E305", f"`{extent.cut(step.text)}` from where?", extent, "where?", "name the place")
     if isinstance(thing, Fault):
         return unclear
-    ids = [e.id for e in levels]
+    ids = scene.upwards(e.id for e in levels)
     here = next((k for k, i in enumerate(ids) if scene.within(talk.where.get(thing), i)), None)
     if here is None:
         return unclear
@@ -239,7 +225,7 @@ def _further(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | Fau
         return step
     unclear = Fault("E305", f"`{extent.cut(step.text)}` from where?", extent, "where?", "name the place")
     here = talk.where.get(thing) if isinstance(thing, str) else None
-    row = _row(here, scene) if here is not None and scene.single(here) else ()
+    row = row_of(here, scene) if here is not None and scene.single(here) else ()
     if here is None or here not in row:
         return unclear
     count = _COUNTS[m["count"].casefold()]
