@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
@@ -17,14 +19,33 @@ SEED = 0
 
 @cache
 def open3d() -> Any:
-    """The module; E450 where it cannot be loaded, with how to mend it."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")  # with more, RANSAC's draws come in another order each time
+    """The module, at work on one thread; E450 where it cannot be loaded, with how to mend it.
+
+    Sums over several threads differ in their last bits from run to run, and ICP makes more of that: a cylinder's turn
+    about its axis is free, so two runs ended a hundredth of a millimetre apart.
+    """
     try:
         import libusb_package
 
         ctypes.CDLL(str(libusb_package.get_library_path()), ctypes.RTLD_GLOBAL)
-        import open3d as module
+        with _one_core():
+            import open3d as module
     except (ImportError, OSError) as fault:
         raise LlmbtError(Diagnostic("E450", f"Open3D cannot be loaded: {fault}", help="see `llmbt doctor`")) from None
     module.utility.set_verbosity_level(module.utility.VerbosityLevel.Error)
     return module
+
+
+@contextmanager
+def _one_core() -> Iterator[None]:
+    """Open3D has no setting for its threads: its TBB takes, when loaded, one for each core it may use."""
+    if not hasattr(os, "sched_setaffinity"):  # pragma: no cover
+        yield
+        return
+    process = os.getpid()
+    cores = os.sched_getaffinity(process)
+    os.sched_setaffinity(process, {min(cores)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(process, cores)
