@@ -266,7 +266,8 @@ class _Run:
 
     def refuse_inability(self) -> None:
         """What the request asks for, and the robot cannot do: a reply that leaves it out does not fulfil it."""
-        found = tuple(unable(self.context.request, self.context.library)) if self.context.stated is None else ()
+        at = self.context
+        found = tuple(unable(at.request, at.semantic_map, at.library)) if at.stated is None else ()
         if found:
             raise LlmbtError(*found, exit_code=ExitCode.BAD_INPUT)
 

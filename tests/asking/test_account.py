@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from llmbt_compiler.checking import unable
@@ -89,6 +91,16 @@ def test_an_answer_and_the_one_place_of_the_request_are_a_goal():
 
 
 def test_turning_a_thing_is_no_carrying():
-    _, library = SCENES["cargo_sizes"]
-    assert list(unable("Turn the red one round on its spot.", library))
-    assert not list(unable("Turn to the shelf.", library))
+    semantic_map, library = SCENES["cargo_sizes"]
+    assert list(unable("Turn the red one round on its spot.", semantic_map, library))
+    assert not list(unable("Turn to the shelf.", semantic_map, library))
+
+
+def test_a_noun_of_the_map_is_no_verb():
+    """ "Screws on L" are the screw tin, where the map has one."""
+    semantic_map, library = SCENES["cargo_sizes"]
+    tin = replace(semantic_map.objects[0], name="screw tin")
+    named = replace(semantic_map, objects=(tin, *semantic_map.objects[1:]))
+    said = "Line the tins up for the stocktake: crowns on 11, screws on 12."
+    assert list(unable(said, semantic_map, library)) and not list(unable(said, named, library))
+    assert list(unable("Clean the lid.", named, library))

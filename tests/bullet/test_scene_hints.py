@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from llmbt_ir.condition import Condition
-from llmbt_ir.scene import Scene, parse_scene, to_semantic_map
+from llmbt_ir.scene import Scene, load_scene, parse_scene, to_semantic_map
 from llmbt_ir.scene_hints import hints
 from llmbt_runtime.bullet.checking import findings
 from llmbt_runtime.bullet.world import BulletWorld
@@ -125,3 +127,10 @@ def test_a_cylinder_that_nobody_sets_upright_again() -> None:
     ((code, title, line),) = warned(scene(aside=FAR, objects=TALL))
     assert (code, line) == ("W045", 5) and "`tall` is lost when it falls over" in title
     assert warned(scene(aside=FAR, objects=TALL.replace("0.04 0.1", "0.04 0.03"))) == [], "a disc stays as it is"
+
+
+def test_a_place_without_a_surface_where_the_robot_drives() -> None:
+    """Another's ward (fixtures/requests/scenes): a tray, a rack, a shelf and a crate that are but their parts."""
+    ward = load_scene(str(Path(__file__).parents[2] / "fixtures" / "requests" / "scenes" / "ward.xml"))
+    told = {title.split("`")[1] for code, title, _ in warned(ward) if code == "W046"}
+    assert told == {"pill_tray", "saline_rack", "dressing_shelf", "pharmacy_crate"}

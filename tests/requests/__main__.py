@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.requests.blind import read_blind
-from tests.requests.cases import BLIND, BLIND2, BLIND3, BLIND4, BLIND5, DEV, DEV2, DEV3, Case, read_open
+from tests.requests.cases import BLIND, BLIND2, BLIND3, BLIND4, BLIND5, DEV, DEV2, DEV3, OTHERS, Case, read_open
 from tests.requests.decide import Decision, Judged, judge
 
 KINDS = ("complete", "ambiguous", "impossible")
@@ -66,6 +66,7 @@ def parts(blind: Path | None = None) -> dict[str, tuple[Case, ...]]:
         "development": (DEV,),
         "development, second": (DEV2,),
         "development, third": (DEV3,),
+        "development, scenes of others": OTHERS,
     }
     read = {name: tuple(c for path in paths if path.exists() for c in read_blind(path)) for name, paths in more.items()}
     return {"open": read_open(), **{name: cases for name, cases in read.items() if cases}}

@@ -1,9 +1,9 @@
 """Requests as JSON lines, one object a line: what somebody writes who has seen the scenes and not the code.
 
-Fields: `id`, `scene`, `kind` (complete, unclear, impossible), `request`, `reply` (what the model says), `answer` and
-`reply_after_answer` (unclear ones), `candidates` (ids; an empty list is not checked), `goals` (conditions as text, or
-as `["On", "object_1", "position_11"]`, all of them wanted; a list of lists of texts, or `{"any": [...]}`, where several
-are equally right), `why`.
+Fields: `id`, `scene` (a shipped one, or a file beside this one), `kind` (complete, unclear, impossible), `request`,
+`reply` (what the model says), `answer` and `reply_after_answer` (unclear ones), `candidates` (ids; an empty list is not
+checked), `goals` (conditions as text, or as `["On", "object_1", "position_11"]`, all of them wanted; a list of lists of
+texts, or `{"any": [...]}`, where several are equally right), `why`.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ def read_blind(path: Path) -> tuple[Case, ...]:
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         if line.strip():
             try:
-                found.append(_case(json.loads(line)))
+                found.append(_case(json.loads(line), path.parent))
             except (ValueError, KeyError, TypeError, AttributeError) as fault:
                 raise ValueError(f"line {number}: {type(fault).__name__}") from None
     return tuple(found)
 
 
-def _case(row: Mapping[str, Any]) -> Case:
+def _case(row: Mapping[str, Any], beside: Path) -> Case:
     kind = _KINDS[row["kind"]]
     replies = (row["reply"], row.get("reply_after_answer"))
     answers = row.get("answer")
     return Case(
         str(row["id"]),
-        row["scene"],
+        str(beside / row["scene"]) if row["scene"].endswith(".xml") else row["scene"],
         kind,
         row["request"],
         tuple(r for r in replies if r),

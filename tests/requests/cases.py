@@ -18,6 +18,7 @@ __all__ = [
     "DEV2",
     "DEV3",
     "FOLDER",
+    "OTHERS",
     "Case",
     "Goals",
     "read_open",
@@ -32,6 +33,8 @@ BLIND5 = (FOLDER / "blind5a.jsonl", FOLDER / "blind5b.jsonl")
 DEV = FOLDER / "dev.jsonl"
 DEV2 = FOLDER / "dev2.jsonl"
 DEV3 = FOLDER / "dev3.jsonl"
+OTHERS = tuple(sorted((FOLDER / "scenes").glob("*.jsonl")))
+"""Over scenes that others wrote, each beside its requests."""
 
 Goals = frozenset[Condition]
 

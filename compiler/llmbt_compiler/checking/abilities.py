@@ -9,8 +9,9 @@ from functools import cache
 from llmbt_atl.library import Library
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, span_of
 from llmbt_compiler.checking.wording import base_of, listed, phrase_at
-from llmbt_compiler.parsing.words import Token, lexicon, tokens
+from llmbt_compiler.parsing.words import Token, lexicon, singulars, tokens
 from llmbt_ir.diagnostics import Diagnostic
+from llmbt_ir.semantic_map import MapObject, MapPlace, SemanticMap
 
 __all__ = ["unable"]
 
@@ -53,22 +54,31 @@ def _verbs() -> frozenset[str]:
     return (lexicon().verbs["other"] - listed("abilities", "carrying")) | listed("abilities", "more")
 
 
-def unable(request: str, library: Library) -> Iterator[Diagnostic]:
+def unable(request: str, semantic_map: SemanticMap, library: Library) -> Iterator[Diagnostic]:
     """E144 for each verb that brings nothing anywhere and is none of the library's, where the robot is to do it: in the
     imperative or after "you" and "and", with an object; in a form that says what is to be done with a thing ("should be
-    peeled", "after peeling", "the apple, peeled"). Not where the user, or somebody else, is who does it."""
+    peeled", "after peeling", "the apple, peeled"). Not where the user, or somebody else, is who does it, and no noun of
+    the map's names in such a form ("screws on berth L")."""
     line = one_line(request)
     words = tokens(line)
     known = frozenset(w for t in library.templates.values() for w in (*t.verbs, *t.words.split()))
+    places = _nouns(semantic_map.places)
+    nouns = places | _nouns(semantic_map.objects)
     for i, t in enumerate(words):
         if _excused(words, i):
             continue
         ordered = _quarter_turn(words, i) or _orders(words, i, known) or _lets(words, i, known) or _state(words, i)
-        verb = t.text if ordered else _done_to_a_thing(words, i, known)
+        named = not nouns.isdisjoint(singulars(t.text))
+        ordered = ordered and not (named and t.text in places)  # "bin it", where there is a bin
+        verb = t.text if ordered else None if named else _done_to_a_thing(words, i, known)
         if verb is not None:
             can = ", ".join(t.name for t in library.templates.values() if t.verbs)
             title = f"the request asks to `{verb}`, and nothing that the robot can do does that"
             yield Diagnostic("E144", title, span_of((t,), line), "cannot be done", f"it can {can}")
+
+
+def _nouns(things: Sequence[MapObject | MapPlace]) -> frozenset[str]:
+    return frozenset(t.text for thing in things for name in (thing.id, thing.name) for t in tokens(name) if t.word)
 
 
 def _excused(words: Sequence[Token], i: int) -> bool:

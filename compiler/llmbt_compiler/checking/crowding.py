@@ -278,7 +278,7 @@ def _objects(
     words: Sequence[Token], begin: int, end: int, phrases: Sequence[Meant], scene: Scene
 ) -> tuple[_Named, ...]:
     """The objects named in a sentence, in order, none within another's words."""
-    found = [_Named(m.start, m.end, m.ids, m.count) for m in phrases]
+    found = [_Named(m.start, m.end, m.ids, m.count) for m in phrases if not _one_of(words, m.start)]
     found += [_Named(m.start, m.end, (m.id,)) for m in mentions_in(words, scene) if scene[m.id].movable]
     found = sorted((n for n in found if begin <= n.start < end), key=lambda n: (n.start, -n.end))
     kept: list[_Named] = []
@@ -286,6 +286,16 @@ def _objects(
         if not kept or n.start >= kept[-1].end:
             kept.append(n)
     return tuple(kept)
+
+
+def _one_of(words: Sequence[Token], start: int) -> bool:
+    """ "The smaller of | the two barrels": one of them."""
+    k = start
+    while k and (words[k].number is not None or lexicon().is_(words[k].text, "articles")):
+        k -= 1
+    lex = lexicon()
+    picked = words[k - 1].text if k and words[k].text == "of" else ""
+    return picked in lex.sizes or picked in lex.ordinals or picked in {"one", "either", "any", "whichever", "which"}
 
 
 def _places(words: Sequence[Token], begin: int, end: int, scene: Scene) -> tuple[_Named, ...]:

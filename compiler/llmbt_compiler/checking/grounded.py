@@ -204,7 +204,9 @@ def _place(said: _Request, thing: str, place: str, wanted: bool) -> bool:
         to_something = any(r.end < len(said.words) and said.words[r.end].word for r in relations(said.words))
         if ranked or to_something or said.texts & _SIDES or (there and said.exchanges):
             return True
-    return said.fitting(place, generic=False) or any(said.fitting(o, generic=False) for o in there)
+    if any(said.fitting(i, generic=False) for i in (place, *there)):
+        return True
+    return any(said.fitting(c, generic=False) for c in scene.map.containers(place) if scene[c].number is None)
 
 
 def _open_place(said: _Request) -> bool:

@@ -29,7 +29,7 @@ def obstacles(
 ) -> Iterator[Diagnostic]:
     """The reasons, the surest first: an ability that the robot lacks, what the map lacks, more on a place than it
     holds, what is to stay and to go; then what the request's `own` reading runs into."""
-    yield from unable(request, library)
+    yield from unable(request, semantic_map, library)
     point = lacking(request, semantic_map, library)
     if point is not None:
         yield point.diagnostic

@@ -17,6 +17,7 @@ from llmbt_compiler.checking.complaints import lacks, several, too_few
 from llmbt_compiler.checking.doubts import doubted
 from llmbt_compiler.checking.enough import not_enough
 from llmbt_compiler.checking.levels import levels_from
+from llmbt_compiler.checking.misnamed import misnamed, unclear_names
 from llmbt_compiler.checking.numbers import is_noun, named_by_number, numbered
 from llmbt_compiler.checking.pairs import half_numbered, the_other
 from llmbt_compiler.checking.passed import passed_over, short_of_all
@@ -70,6 +71,8 @@ def open_points(
         *the_other(words, line, parsed.goals, scene),
         *_points(words, line, parsed.goals, scene, frozenset(mentioned_in(said, scene))),
         *map(OpenPoint, beyond(words, line, parsed.goals, scene)),
+        *map(OpenPoint, misnamed(words, line, scene)),
+        *unclear_names(words, line, parsed.goals, scene),
         *_not_enough(words, line, scene),
         *_spots(words, line, parsed.goals, scene),
         *_pronouns(words, line, parsed.goals, scene),
@@ -102,6 +105,7 @@ def lacking(request: str, semantic_map: SemanticMap, library: Library) -> OpenPo
         *_misplaced(words, line, ParseResult(), scene),
         *_points(words, line, (), scene, frozenset()),
         *map(OpenPoint, beyond(words, line, (), scene)),
+        *map(OpenPoint, misnamed(words, line, scene)),
         *_not_enough(words, line, scene),
     )
     return next((p for p in points if p.diagnostic.code == "E142"), None)

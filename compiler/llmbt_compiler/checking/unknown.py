@@ -124,6 +124,8 @@ def _noun(line: Sequence[Token], span: KeywordSpan, scene: Scene) -> Token | Non
     before = line[inside[0] - 1].text
     if inside[0] > 1 and line[inside[0] - 2].text in {"of", "like"}:
         return None  # "the colour of a lemon"
+    if inside[0] > 1 and line[inside[0] - 2].text == "for" and not scene.persons:
+        return None  # "line them up for the stocktake": nobody is there whom it could be for
     if before not in _THE and not (len(inside) == 1 and before in _FETCHING):
         return None
     of = next((k for k in inside if line[k].text == "of"), None)

@@ -24,6 +24,7 @@ _SOMEBODY = frozenset(
     {"whoever", "whomever", "wherever", "where", "anyone", "anybody", "somebody", "someone", "everyone"}
 )
 _PAUSES = frozenset({";", ",", ".", "-", "–", "—", ":"})
+_SOURCE = frozenset({"from", "off", "of", "out"})
 _GATHERING = frozenset({"gather", "collect", "assemble", "group", "concentrate", "unite", "amass"})
 _RECEIVING = frozenset({"gets", "receives"})
 _COMMAS = frozenset({"", ",", ".", ":", ">", "→", "⇒", "and", "then", "is"})
@@ -58,7 +59,7 @@ class Acting(Placing):
                     ids[0] if len(ids) == 1 else None,
                     False,
                 )
-            elif phrase.kind == "Destination" or self.places_of(phrase):
+            elif phrase.kind == "Destination" or (phrase.preposition not in _SOURCE and self.places_of(phrase)):
                 self.carry_to(phrase)
 
     def carry_to(self, phrase: Phrase) -> None:
@@ -161,9 +162,10 @@ class Acting(Placing):
         if not to and group.targets:
             to = [p for p in group.destinations if lex.is_(p.preposition, "at") and self.elsewhere(group.targets, p)]
         if not to and group.targets and clause.action.casefold() in _GATHERING:
-            there = [p for p in group.locations if lex.is_(p.preposition, "at") and self.none_at(group.targets, p)]
+            around = (*group.locations, *group.destinations)
+            there = [p for p in around if lex.is_(p.preposition, "at") and self.few_at(group.targets, p)]
             to += there[-1:]
-            group = Group(group.targets, (*group.destinations, *to), _but(group.locations, to))
+            group = Group(group.targets, (*_but(group.destinations, to), *to), _but(group.locations, to))
         if to and self.placing() and (group.targets or self.ledger.pending):
             rest = tuple(p for p in (*group.locations, *group.destinations) if p not in to)
             self.bring(clause, self.placing(), Group(group.targets, tuple(to), rest), excluded)
@@ -202,13 +204,15 @@ class Acting(Placing):
         ids = [i for p in targets for i in self.quiet(p)]
         return len(ids) > 1 and not any(self.scene.within(self.ledger.where.get(i), place) for i in ids)
 
-    def none_at(self, targets: Sequence[Phrase], phrase: Phrase) -> bool:
-        """Whether none of what is to be gathered stands on the place yet: then it is where it is to go."""
+    def few_at(self, targets: Sequence[Phrase], phrase: Phrase) -> bool:
+        """Whether none of what is to be gathered stands on the place yet, or but one of several: then it is where they
+        are to go."""
         place = self.quiet_place(phrase) if not phrase.relation else None
         if place is None or place in {ANYWHERE, ORIGIN}:
             return False
         ids = [i for p in targets for i in self.quiet(p)]
-        return bool(ids) and not any(self.scene.within(self.ledger.where.get(i), place) for i in ids)
+        there = sum(self.scene.within(self.ledger.where.get(i), place) for i in ids)
+        return bool(ids) and there <= (len(ids) > 1)
 
     def told_whither(self, group: Group) -> None:
         """E305 where words behind the last target say to whom or where it goes, and were not understood ("take the coke

@@ -36,7 +36,7 @@ _SHORT = 300
 _SURE = r"(?:(?:please\s+)?(?:make\s+sure|ensure|see\s+to\s+it)(?:\s+that)?\s+)?"
 _MODAL = r"(?:(?:should|must|will|has to|have to|needs? to|is to|are to)\s+)?"
 _GOES = re.compile(
-    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|ends?(?:\s+up)?)"
+    rf"\W*{_SURE}(?P<thing>[^,;:.]{{2,80}}?)\s+(?:{_MODAL}(?:then\s+|also\s+|now\s+)?(?:go|goes|belongs?|lives?|ends?(?:\s+up)?)"
     r"|(?:should|must|will|has to|have to|needs? to|is to|are to)\s+(?:come|travel|move|return))\s+"
     r"(?:(?:back|down|up|over|out|across)\s+)*(?:on|onto|to|into|in|at)\s+"
     r"(?P<place>[^,;:.]{2,80}?)(?=\s+(?:except|apart\s+from|with\s+the\s+exception)\b|[\s.!]*$)",

@@ -19,6 +19,7 @@ from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.rewording import reworded
 from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import relations
 from llmbt_compiler.parsing.statements import STATIVE, states_a_fact
 from llmbt_compiler.parsing.verbs import Shape, read_verb, shape_of, travel_template
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
@@ -122,6 +123,8 @@ def gist(step: LabelledStep, scene: Scene, talk: Talk) -> LabelledStep | None:
         return None
     if any(n.thing and n.lead in _COUNTING for n in named) or _there_first(line, named):
         return None
+    if any(r.name == "next" and any(n.start >= r.end for n in named) for r in relations(line)):
+        return None  # beside a place is not on it
     if any(n.thing and _related(line[n.end : n.end + 2]) for n in named):
         return None
     orders = _going(step, line, named, free, scene)

@@ -221,13 +221,19 @@ def joined(found: Sequence[Found]) -> Found:
     )
 
 
-def borrowed(descriptions: list[Description]) -> list[Description]:
-    """ "red and yellow blocks": an adjective alone takes the noun's number."""
+def borrowed(descriptions: Sequence[Description], colours: frozenset[str]) -> list[Description]:
+    """ "Red and yellow blocks": an adjective alone takes the noun's number; "the red and the blue cup", "the small and
+    large saline bottles": and the noun, of a size with all that tells what it is a size of."""
     out = list(descriptions)
+    sizes = lexicon().sizes.keys()
     for i in range(len(out) - 2, -1, -1):
-        if not out[i].head and not out[i].pronoun and out[i + 1].plural and out[i].words and out[i].count is None:
-            out[i] = replace(out[i], plural=True)
-        elif not out[i].head and out[i].definite and out[i].words and out[i + 1].head and not out[i + 1].plural:
-            nouns = tuple(w for w in out[i + 1].words if w.text not in {o.text for o in out[i].words})
-            out[i] = replace(out[i], words=(*out[i].words, *nouns[-1:]), head=True)  # "the red and the blue cup"
+        d, then = out[i], out[i + 1]
+        own = {w.text for w in d.words}
+        alone = own <= colours | sizes and then.head and not (d.anaphoric or d.pronoun or d.numbers)
+        if alone and (d.size or own & sizes):
+            out[i] = replace(d, words=(*d.words, *(w for w in then.words if w.text not in sizes | colours)), head=True)
+        elif not d.head and not d.pronoun and then.plural and d.words and d.count is None:
+            out[i] = replace(d, plural=True)
+        elif alone and d.definite and d.words and not then.plural:
+            out[i] = replace(d, words=(*d.words, *[w for w in then.words if w.text not in own][-1:]), head=True)
     return out

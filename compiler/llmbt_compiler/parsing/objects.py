@@ -56,7 +56,7 @@ def resolve_objects(
     groups = conjuncts(head)
     if not groups:
         return Fault("E305", "no object is named", Extent(parts[0].start, parts[-1].end), "what?")
-    descriptions = borrowed([describe(g, scene, True) for g in groups])
+    descriptions = borrowed([describe(g, scene, True) for g in groups], scene.colours)
     if (
         len(groups) < 3
         and descriptions[0].both
@@ -148,9 +148,19 @@ def _content(parts: Sequence[Token], scene: Scene) -> Sequence[Token]:
         if t.text in lex.collectives and parts[i + 1].text == "of" and i + 2 < len(parts):
             return (*parts[:i], *parts[i + 2 :])
         vessel = i and t.text == "of" and lex.is_(next(singulars(parts[i - 1].text)), "vessels")
-        if vessel and parts[i - 1].text not in scene.vocabulary(True):
+        if vessel and not _vessel_of(parts[i - 1], parts[i + 1 :], scene):
             return (*(p for p in parts[: i - 1] if lex.is_(p.text, "articles")), *parts[i + 1 :])
     return parts
+
+
+def _vessel_of(vessel: Token, content: Sequence[Token], scene: Scene) -> bool:
+    """Whether the map has such a vessel: the "bottle of water" is the water bottle, the "bottle of gel" the gel."""
+    kind = next(singulars(vessel.text))
+    if kind not in scene.vocabulary(True):
+        return False
+    said = {w for t in content if t.word and (w := scene.word(t, True).text)}
+    plain = any(all(scene.fits(e, w) for w in said) for e in scene.objects) if said else False
+    return not plain or any(kind in e.words and all(scene.fits(e, w) for w in said) for e in scene.objects)
 
 
 def _without(

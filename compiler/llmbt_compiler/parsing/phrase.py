@@ -115,7 +115,8 @@ def conjuncts(parts: Sequence[Token]) -> tuple[tuple[Token, ...], ...]:
     """The phrases that "and" or commas join; a list of numbers stays with its noun ("objects 1, 2 and 4")."""
     out: list[list[Token]] = [[]]
     for i, t in enumerate(parts):
-        joint = t.text in {",", "&", "+", ";", "/"} or lexicon().is_(t.text, "joints")
+        noun = 0 < i == len(parts) - 1 and lexicon().is_(parts[i - 1].text, "articles")  # "the well"
+        joint = t.text in {",", "&", "+", ";", "/"} or (lexicon().is_(t.text, "joints") and not noun)
         if not joint:
             out[-1].append(t)
         elif out[-1] and not (t.text == "," and _adjectives(out[-1], parts[i + 1 :])):
@@ -183,7 +184,7 @@ class _Reader:
 
     def one(self, t: Token) -> bool:
         """Whether "one" stands for a noun ("the yellow one") and not for the number."""
-        if t.text != "one" or self.marked or (self.noun and self.words[-1:] and self.words[-1].text in self.nouns):
+        if t.text != "one" or self.marked or (self.noun and self.words[-1:] and self.counted(self.words[-1].text)):
             return False
         described = bool(self.words) or any(k in self.flags for k in ("rest", "ordinal", "rank", "same"))
         last = t is self.parts[-1]
@@ -194,6 +195,11 @@ class _Reader:
             self.noun = self.flags["anaphoric"] = True
             return True
         return False
+
+    def counted(self, noun: str) -> bool:
+        """Whether things of this noun go by numbers."""
+        pool = self.scene.pool(self.movable)
+        return noun in self.nouns and any(e.number is not None and self.scene.fits(e, noun) for e in pool)
 
     def number(self, i: int, t: Token) -> None:
         value = str(t.number)
@@ -234,8 +240,12 @@ class _Reader:
             if len(t.text) == 1 and nxt is not None and nxt.digits and nxt.glued:
                 self.flags["initial"] = t.text
                 self.noun = True
-            elif not lex.is_(t.text, "filler", "joints") and not self.suffix(i, t):
+            elif (not lex.is_(t.text, "filler", "joints") or self.a_noun(i, t)) and not self.suffix(i, t):
                 self.content(t)
+
+    def a_noun(self, i: int, t: Token) -> bool:
+        """Whether a word that else says nothing ends the phrase and is a noun of the other kind: "in the well"."""
+        return 0 < i == len(self.parts) - 1 and t.text in self.scene.nouns(not self.movable)
 
     def letter(self, i: int, t: Token) -> bool:
         """Whether "a" is a code and no article: "rack A", "A4"."""

@@ -80,7 +80,7 @@ def resolve_places(parts: Sequence[Token], scene: Scene, talk: Talk) -> Found | 
     if not groups:
         return Fault("E305", "no place is named", extent, "where?")
     found: list[Found] = []
-    for d, group in zip(borrowed([describe(g, scene, False) for g in groups]), groups, strict=True):
+    for d, group in zip(borrowed([describe(g, scene, False) for g in groups], scene.colours), groups, strict=True):
         exact = exactly_named(group, scene.places)
         one = Found((exact[0].id,)) if len(exact) == 1 else _places(d, says(group), scene, talk)
         if isinstance(one, Fault):

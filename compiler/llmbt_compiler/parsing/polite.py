@@ -53,6 +53,20 @@ _SAYING = re.compile(
     re.IGNORECASE,
 )
 """Said in passing, or to somebody: it asks for nothing that changes the scene."""
+_SO_THAT = re.compile(
+    r",?\s+so\s+(?:that\s+)?(?!(?:it|they|that|this|put|place|move|bring|take|set)\b)"
+    r"(?:[a-z][\w'\u2019-]*\s+){1,5}(?:can|could|may|might|will|would|does|do)(?:n['\u2019]t|\s+not)?\s+"
+    r"(?!(?:go|stand|sit|lie|end|rest|come)\b)(?:(?!\b(?:on|onto|to|into|in|at|and|then|from)\b)[^,;.:!?\d]){2,50}?(?=\s*[.;!,]|\s*$)",
+    re.IGNORECASE,
+)
+"""What something is done for ("so that a new spring can be fitted later"): no order, and names no place."""
+_STAYING = re.compile(
+    r"^\W*(?:(?:please|just|and|but|then|also|finally|simply)\s+)*(?P<leave>leave)\s+(?P<thing>[^,;.:!?]{2,60}?)\s+"
+    r"(?:(?:exactly|right|just|safely)\s+)?(?:(?:where|as)\s+(?:it|they|he|she)(?:\s+(?:currently\s+|already\s+)?"
+    r"(?:is|are|stands?|sits?|lies?|was|were)|['\u2019](?:s|re))(?:\s+(?:now|for\s+now|at\s+the\s+moment))?"
+    r"|alone|untouched|undisturbed|in\s+peace|in\s+place)[\s.!]*$",
+    re.IGNORECASE,
+)
 _STOP = re.compile(r"(?<=[\w)])\s+(STOP)\b(?=\s*(?:$|[A-Z.,;!]))")
 _BY_CAMERA = re.compile(
     r"\W*(?:please\s+)?(?P<verb>\w+)\s+(?P<means>(?:by|via|using|with|through)\s+(?:the\s+|your\s+)?(?:wrist\s+)?"
@@ -69,7 +83,11 @@ def outspoken(step: LabelledStep) -> LabelledStep:
         step = replace(step, text=f"{step.text[:a]}{'if':<{b - a}}{step.text[b:]}")
     if _UNREAL.search(step.text):
         return replace(step, spans=(), readings=())
-    for pattern in (_POLITE, _SAYING):
+    m = _STAYING.match(step.text)
+    if m is not None:
+        ends = (("leave", Kind.ACTION), ("thing", Kind.TARGET))
+        return replace(step, spans=tuple(KeywordSpan(*m.span(k), kind, m[k]) for k, kind in ends), readings=())
+    for pattern in (_POLITE, _SAYING, _SO_THAT):
         m = pattern.search(step.text)
         step = without(step, Extent(*m.span())) if m is not None else step
     return _telegram(_by_camera(step))

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from llmbt_compiler.keywords.labels import KeywordSpan, Kind
 from llmbt_compiler.parsing.model import LabelledStep
-from llmbt_compiler.parsing.names import Found, Talk
+from llmbt_compiler.parsing.names import Found, Talk, exactly_named
 from llmbt_compiler.parsing.objects import resolve_objects
 from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.scene import Scene
@@ -56,9 +56,41 @@ _NP = 7
 
 def mended(step: LabelledStep, scene: Scene) -> LabelledStep:
     """The step with the labels that its words bear out."""
-    step = _without_manners(_no_verbs(step, scene))
+    step = _clear_of(_objects_of(_without_manners(_no_verbs(step, scene)), scene))
     step = _goings(_missed_verbs(step, scene), scene)
     return _subjects(_passives(_participles(_before(step, scene), scene), scene), scene)
+
+
+def _objects_of(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "Relocate | the going barrel": what stands right behind a verb, and names things and no place, is its object."""
+    out: list[KeywordSpan] = []
+    for s in step.spans:
+        last = out[-1] if out else None
+        behind = last is not None and last.label is Kind.ACTION and s.label is Kind.DESTINATION
+        lead = tokens(step.text, last.end, s.start) if last is not None and behind else ()
+        if behind and all(lexicon().is_(t.text, "articles") for t in lead):
+            words = tokens(step.text, s.start, s.end)
+            if exactly_named(words, scene.objects) and not exactly_named(words, scene.places):
+                out.append(replace(s, label=Kind.TARGET))
+                continue
+        out.append(s)
+    return replace(step, spans=tuple(out))
+
+
+_CLEAR_OF = re.compile(
+    r"\b(?:clear|free|out|away|off)\s+(?:of|from)\s+(?:(?:the|its|their|this|that)\s+)?$", re.IGNORECASE
+)
+
+
+def _clear_of(step: LabelledStep) -> LabelledStep:
+    """ "Lift it clear of the tray": where it was, and not where it goes."""
+    spans = tuple(
+        replace(s, label=Kind.LOCATION)
+        if s.label is Kind.DESTINATION and _CLEAR_OF.search(step.text, max(0, s.start - 30), s.start)
+        else s
+        for s in step.spans
+    )
+    return replace(step, spans=spans) if spans != step.spans else step
 
 
 def _with(step: LabelledStep, *spans: KeywordSpan) -> LabelledStep:

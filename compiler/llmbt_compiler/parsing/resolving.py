@@ -49,6 +49,8 @@ class Resolving(Grounding):
         pointing = len(phrase.parts) == 1 and lexicon().is_(phrase.parts[0].text, "pronouns", "plural_pronouns")
         if isinstance(found, Fault) and pointing and before:  # "object 1: pick it up"
             found = before[-1]
+        if isinstance(found, Fault) and phrase.parts[-1].text == "one" and before:
+            found = self.other_one(phrase, before[-1], talk) or found
         several = isinstance(found, Fault) and found.code == "E304"
         if isinstance(found, Fault) and several and phrase.apposed and before:
             found = before[-1] if set(before[-1].ids) <= set(found.candidates) else found
@@ -58,6 +60,15 @@ class Resolving(Grounding):
         if pointing and set(found.ids) <= set(self.mentioned):
             self.named_beside(found.ids)
         return found
+
+    def other_one(self, phrase: Phrase, before: Found, talk: Talk) -> Found | None:
+        """ "The large saline bottle and the small one": one of what was named before."""
+        last, adjectives = phrase.parts[-1], self.scene.colours | lexicon().sizes.keys()
+        names = [o.name for o in self.scene.map.objects if o.id in before.ids[:1]]
+        said = before.words or tuple(t.text for t in tokens(names[0]) if t.word and t.number is None)
+        noun = tuple(Token(w, last.start, last.end) for w in said if w not in adjectives)
+        found = resolve_objects((*phrase.parts[:-1], *noun), self.scene, talk) if noun else None
+        return found if isinstance(found, Found) and not set(found.ids) & set(before.ids) else None
 
     def exception(self, clause: Clause) -> list[str]:
         """What "except ..." takes out, where the tagger left it unlabelled."""
@@ -262,7 +273,10 @@ class Resolving(Grounding):
         self.kind = _noun(phrase.parts) or self.kind
         last = phrase.parts[-1]
         ranked = any(t.text in lex.ordinals or lex.is_(t.text, "top", "bottom", "middle", "last") for t in phrase.parts)
-        if last.text != "one" or not ranked or not noun or not self.scene.word(noun[0], False).text:
+        told = ranked or any(t.text in self.scene.vocabulary(False) for t in phrase.parts[:-1])
+        if told and not ranked and before:  # "from the noon slot to the evening one"
+            noun = tuple(t for t in tokens(before[-1].text) if t.word and t.number is None)[-1:]
+        if last.text != "one" or not told or not noun or not self.scene.word(noun[0], False).text:
             return phrase
         return replace(phrase, parts=(*phrase.parts[:-1], *(replace(t, start=last.start, end=last.end) for t in noun)))
 

@@ -60,7 +60,32 @@ def reworded(step: LabelledStep) -> LabelledStep:
     """The step in plain words, with as many characters."""
     step = _either(_all_but(_that_one(_plain_codes(_its_surface(step)))))
     step = _go_and_wait(_silent(_to_its_place(_coloured(step))))
-    return _vacant(_vacated(_in_parentheses(_seen_to(step))))
+    return _vacant(_vacated(_in_parentheses(_seen_to(_resting(step)))))
+
+
+_RESTING = re.compile(
+    r",?\s+(?:so|such)\s+that\s+(?:it|they)\s+(?:(?:then|will|can|finally|eventually)\s+)*(?:comes?\s+to\s+(?:rest|stand|lie)"
+    r"|(?:rest|sit|stand|lie|land|end)s?(?:\s+up)?|(?:is|are)(?:\s+(?:placed|standing|sitting|lying|resting))?)\s+"
+    r"(?=(?:on|onto|upon|in|at|inside|within)\s)",
+    re.IGNORECASE,
+)
+
+
+_LED_TO = re.compile(r"\b(?:on|onto|upon|in|into|to|at|inside)\s+(?:the\s+|a\s+|an\s+|its\s+)?$", re.IGNORECASE)
+
+
+def _resting(step: LabelledStep) -> LabelledStep:
+    """ "Move it so that it comes to rest on the shelf": on the shelf, where no other place is said."""
+    m = _RESTING.search(step.text)
+    before = [s for s in step.spans if m is not None and s.label is Kind.DESTINATION and s.end <= m.start()]
+    if m is None or any(_LED_TO.search(step.text, 0, s.start) for s in before):
+        return step
+    lead = max((s.start for s in step.spans if s.label is Kind.ACTION and s.end <= m.start()), default=None)
+    after = next((s for s in step.spans if s.start >= m.end()), None)
+    step = without(step, Extent(*m.span()))
+    if lead is None or after is None or after.label is Kind.ACTION:
+        return step
+    return replace(step, spans=tuple(replace(s, label=Kind.DESTINATION) if s == after else s for s in step.spans))
 
 
 _SURFACE = re.compile(

@@ -81,6 +81,13 @@ def compact(key: str) -> str:
     return out
 
 
+def _spelled(name: str) -> str:
+    """A name as it is said: squashed, without the article that it may begin with ("the noon slot")."""
+    parts = tokens(name)
+    begin = 1 if len(parts) > 1 and parts[0].text == "the" else 0
+    return squash(parts[begin:])
+
+
 def _words(text: str) -> frozenset[str]:
     told = (t for t in tokens(text) if t.word and t.number is None)
     return frozenset(t.text for t in told if t.text not in {"of", "with", "for", "and", "the"})
@@ -99,7 +106,7 @@ def _build(size: tuple[float, float, float]) -> frozenset[str]:
 def _object(o: MapObject) -> Entity:
     stem = _words(o.id)
     words = stem | _words(o.name) | _words(o.colour) | _words(o.shape) | _words(o.type) | _build(o.size_m)
-    keys = frozenset({squash(tokens(o.id)), squash(tokens(o.name))})
+    keys = frozenset({squash(tokens(o.id)), _spelled(o.name)})
     number = _number(o.id) or _number(o.name)
     return Entity(o.id, o.type, True, words, stem, number, keys, _words(o.colour), o.size_m)
 
@@ -107,7 +114,7 @@ def _object(o: MapObject) -> Entity:
 def _place(p: MapPlace, library: Library) -> Entity:
     stem = _words(p.id)
     words = stem | _words(p.name) | _words(p.type) | (frozenset({"buffer"}) if p.buffer else frozenset())
-    keys = frozenset({squash(tokens(p.id)), squash(tokens(p.name))})
+    keys = frozenset({squash(tokens(p.id)), _spelled(p.name)})
     person = library.is_a(p.type, "person") or not words.isdisjoint(lexicon().function["users"])
     return Entity(p.id, p.type, False, words, stem, _number(p.id) or _number(p.name), keys, person=person)
 
@@ -135,7 +142,7 @@ class Scene:
         """The ids and names of all things, as their words and numbers in order."""
         names = [n for o in self.map.objects for n in (o.id, o.name)]
         names += [n for p in self.map.places for n in (p.id, p.name)]
-        return frozenset(k for n in names if (k := tuple(squash(tokens(n)).split(" "))) != ("",))
+        return frozenset(k for n in names if (k := tuple(_spelled(n).split(" "))) != ("",))
 
     @cached_property
     def persons(self) -> tuple[Entity, ...]:

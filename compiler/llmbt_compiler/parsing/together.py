@@ -46,7 +46,8 @@ def of_those(step: LabelledStep, scene: Scene) -> LabelledStep:
             gap = tokens(step.text, last.start, s.start)[-4:]
             words = [t.text for t in gap if t.number is None and not lexicon().is_(t.text, "articles")]
             between = tokens(step.text, last.end, s.start)
-            bare = {t.text for t in tokens(step.text, last.start, last.end)} <= scene.colours
+            own = {t.text for t in tokens(step.text, last.start, last.end)}
+            bare = own <= scene.colours | lexicon().sizes.keys()
             linked = [t.text for t in between if not lexicon().is_(t.text, "articles")] == ["and"]
             if (words[-1:] == ["of"] and all(t.word for t in between)) or (bare and linked):
                 out[-1] = replace(last, end=s.end, text=step.text[last.start : s.end])

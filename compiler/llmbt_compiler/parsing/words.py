@@ -141,7 +141,8 @@ def _runs(text: str) -> Iterator[tuple[str, int, int]]:
 def tokens(text: str, start: int = 0, end: int | None = None) -> tuple[Token, ...]:
     """The tokens of ``text[start:end]``, offsets counted in `text`.
 
-    Letters and digits part ("P12" is p, 12), apostrophes vanish, underscores are spaces, "1.5" and a minus
+    Letters and digits part ("P12" is p, 12), apostrophes vanish, underscores are spaces, and so is the hyphen of a
+    compound ("window-side locker"), "1.5" and a minus
     before a lone number stay with it, number words get their value ("twenty-one" is one token with the number
     21), "not only A but also B" has the tokens of "A and B".
     """
@@ -166,7 +167,21 @@ def tokens(text: str, start: int = 0, end: int | None = None) -> tuple[Token, ..
         owner = raw.endswith(("'s", "’s")) and len(word) > 1
         word = word[:-1] if owner else word
         out.append(Token(word, start + a, start + b, glued, number, owner))
-    return tuple(_numbered(_decimals(_correlated(out))))
+    return tuple(_numbered(_decimals(_correlated(_compounds(out)))))
+
+
+def _compounds(parts: list[Token]) -> list[Token]:
+    """Without the hyphens between two words that are no numbers: "set-down table", "right-hand"."""
+    numbers = lexicon().numbers
+    out: list[Token] = []
+    for i, t in enumerate(parts):
+        joined = t.text in {"-", "\u2010", "\u2011"} and t.glued and 0 < i < len(parts) - 1 and parts[i + 1].glued
+        around = (parts[i - 1], parts[i + 1]) if joined else ()
+        if around and all(len(w.text) > 2 and w.text.isalpha() and w.text not in numbers for w in around):
+            continue
+        after = out[-1].end < t.start if out else False
+        out.append(replace(t, glued=False) if t.glued and after else t)
+    return out
 
 
 def _after_letter(out: list[Token]) -> bool:

@@ -28,7 +28,8 @@ _SLIPS = 3
 
 def findings(scene: Scene) -> Iterator[Diagnostic]:
     """E042 the robot stands in something, E049 a place that the arm does not come to, W049 a thing that it cannot take
-    where it stands at the start, W044 that slips, W045 that nobody sets upright when it fell."""
+    where it stands at the start, W044 that slips, W045 that nobody sets upright when it fell, W046 a place without a
+    surface to which a robot would have to drive."""
     world = BulletWorld(scene)
     try:
         terrain = world.terrain
@@ -54,6 +55,16 @@ def _driven(scene: Scene, terrain: Terrain) -> Iterator[Diagnostic]:
         yield Diagnostic("E042", "the robot overlaps a fixture at the start", Span(scene.source), help="move it")
         return
     for place in scene.places:
+        if place.surface_m is None:
+            title = f"`{place.id}` has no surface: the robot cannot drive to it, or put anything on it but in its parts"
+            span = Span(scene.source, place.line)
+            yield Diagnostic(
+                "W046",
+                title,
+                span,
+                help="name its parts where the robot is to go, or give it a surface_m",
+                severity=Severity.WARNING,
+            )
         if place.surface_m is None or place.is_slot:
             continue
         docks = terrain.docks[place.id]

@@ -37,7 +37,9 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
     single: set[str] = set()
     earlier = _pointed_at(words, scene, where)
     group: tuple[str, ...] = ()
-    named = {m.end: m.id for m in mentions_in(words, scene) if scene[m.id].number is not None and scene[m.id].movable}
+    mentions = mentions_in(words, scene)
+    named = {m.end: m.id for m in mentions if scene[m.id].number is not None and scene[m.id].movable}
+    cut = {k for m in mentions if not scene[m.id].movable for k in range(m.start + 1, m.end)}  # "the pill | tray"
     for i, t in enumerate(words):
         before |= earlier.get(i, set())
         single |= {named[i]} if i in named else set()
@@ -66,7 +68,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
             yield rest
             continue
         end = noun(words, i, scene) if t.text in POINTING | INDEFINITE else 0
-        if end:
+        if end and end not in cut:
             found = compared(words, i + 1, end, line, scene, where)
             if found is not None and found.ids == () and found.stop:
                 yield replace(found, start=i)

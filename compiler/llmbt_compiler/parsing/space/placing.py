@@ -96,7 +96,7 @@ class Placing(Ranking):
         if relation.name not in {"left", "right"} or scene[mark].movable or scene.single(mark):
             return False
         row = self.world.in_order(mark, relation.name)
-        if not row:
+        if not row or row == (mark,):
             return False
         start = relation.start
         while start and self.line[start - 1].text in {"far", "very", "extreme", "the"}:

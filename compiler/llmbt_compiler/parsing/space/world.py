@@ -52,6 +52,8 @@ _TWO: Mapping[str, Callable[[Thing, Thing], bool]] = {
     "above": above,
     "below": below,
 }
+_ACROSS = frozenset({"left", "right"})
+_SIDES = _ACROSS | {"front", "behind"}
 _WORDS = {
     "left": "left of", "right": "right of", "front": "in front of", "behind": "behind", "next": "next to",
     "between": "between", "top": "on top of", "above": "above", "below": "below", "nearest": "nearest to",
@@ -205,10 +207,22 @@ class World:
         else:
             objects = {e.id: t for e in self.scene.objects if (t := around.get(e.id)) is not None}
             hit = tuple(t.id for t in things if self._holds(of.name, t, marks, objects))
+            hit = hit or (self._in_order(of.name, things, marks) if not many else ())
             if len(hit) > 1 and not many and of.name in _TWO:
                 nearer = [c for c in hit if all(x == c or _TWO[of.name](around[x], around[c]) for x in hit)]
                 hit = tuple(nearer) or hit
         return self._chosen(hit, pool, words, extent, True, many)
+
+    def _in_order(self, name: str, things: Sequence[Thing], marks: Sequence[Thing]) -> tuple[str, ...]:
+        """What is on that side of a landmark as the prompt lists it: on the same surface, however far before or behind
+        it. Only for who looks for a thing: where one is to stand, it would say too little."""
+        if name not in _SIDES or len(marks) != 1:
+            return ()
+        on = self.ledger.where.get(marks[0].id)
+        level = [t for t in things if on is not None and self.ledger.where.get(t.id) == on]
+        across = name in _ACROSS
+        mark, *along = (replace(t, ahead=0.0) if across else replace(t, right=0.0) for t in (marks[0], *level))
+        return tuple(t.id for t in along if _TWO[name](t, mark))
 
     def _holds(self, name: str, thing: Thing, marks: Sequence[Thing], others: Mapping[str, Thing]) -> bool:
         if name == "between":
@@ -325,10 +339,14 @@ class World:
 
     def _slots(self, around: Around, container: str | None) -> dict[str, Thing]:
         """The places with a known position that take single things."""
+        inner = {p.id for p in self.scene.map.places if p.parent is not None} - {
+            p.parent for p in self.scene.map.places
+        }
+        parts = inner if not self.scene.single_types else ()  # in a library without slots, the parts of places
         return {
             p.id: t
             for p in self.scene.places
-            if self.scene.single(p.id)
+            if (self.scene.single(p.id) or p.id in parts)
             and (t := around.get(p.id)) is not None
             and (container is None or self.scene.within(p.id, container))
         }

@@ -1,0 +1,155 @@
+"""Names of which the map knows the words and not the whole: "the night pill cup", where the cups are for the morning
+and the evening; "the top drawer of the counter"; "the bedside locker", of two lockers; "me", where there are two
+persons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from llmbt_compiler.checking.complaints import several
+from llmbt_compiler.checking.points import OpenPoint
+from llmbt_compiler.checking.sentences import span_of
+from llmbt_compiler.parsing import Goal
+from llmbt_compiler.parsing.mentions import mentions_in
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.space.expressions import rank_of
+from llmbt_compiler.parsing.words import Token, lexicon, singulars, tokens
+from llmbt_ir.diagnostics import Diagnostic
+
+__all__ = ["misnamed", "unclear_names"]
+
+_OPENING = frozenset({"the", "that", "this", "my", "our", "your", "his", "her", "their"})
+_LONGEST = 5
+_PARTS = frozenset({
+    "drawer", "shelf", "compartment", "tray", "door", "hook", "bin", "basket", "box", "pocket", "lid", "rail", "hatch",
+    "bucket", "cupboard", "cabinet", "bag", "crate", "slot", "bay", "rack",
+})  # fmt: skip
+"""What furniture has, and things may be put in or on."""
+_ANY = frozenset({
+    "same", "other", "own", "right", "left", "next", "first", "last", "main", "usual", "correct", "proper", "whole",
+    "only", "free", "empty", "nearest", "closest", "old", "new", "nice", "little", "big", "good", "actual", "very",
+    "wrong", "opposite", "remaining", "outer", "outermost", "inner", "innermost", "middle", "upper", "lower",
+    "top", "bottom", "present", "current", "previous", "former", "latter", "second", "third", "better", "best",
+})  # fmt: skip
+_GIVING = frozenset({"bring", "give", "hand", "fetch", "pass", "get", "serve", "grab", "for", "to", "gimme"})
+_ME = frozenset({"me", "us"})
+_USER = frozenset({"user", "operator", "owner"})
+_SELF = (["i", "am"], ["im"], ["this", "is"], ["its"])
+
+
+def misnamed(words: Sequence[Token], request: str, scene: Scene) -> Iterator[Diagnostic]:
+    """E142 for a definite name of known words that nothing bears, and for a part of a place that the map has not.
+
+    A word of a place before the noun tells where the thing stands ("the shelf blocks"); colours, sizes and ranks are
+    not weighed here.
+    """
+    heads = {parts[-1].text for o in scene.map.objects if (parts := _plain(o.name))}
+    inside = {k for m in mentions_in(words, scene) for k in range(m.start, m.end)}
+    for i, t in enumerate(words):
+        if t.text not in _OPENING:
+            continue
+        end = _run(words, i + 1, scene)
+        head = words[end - 1] if end > i + 2 else None
+        apart = head is not None and head.text in heads and not inside & set(range(i + 1, end))
+        if head is not None and apart and not _borne(words[i + 1 : end], scene):
+            said = request[words[i + 1].start : head.end]
+            like = tuple(e.id for e in scene.objects if scene.fits(e, head.text))
+            yield _lacking(words[i + 1 : end], request, f"no `{said}`", like)
+        part = _part(words, i + 1, scene)
+        if part:
+            yield _lacking(words[i + 1 : part], request, f"no `{words[part - 1].text}`", ())
+
+
+def _plain(name: str) -> list[Token]:
+    return [t for t in tokens(name) if t.word and t.number is None]
+
+
+def _lacking(parts: Sequence[Token], request: str, what: str, like: tuple[str, ...]) -> Diagnostic:
+    title = f"the request names what is not there: the scene has {what}"
+    return Diagnostic("E142", title, span_of(parts, request), "not in the map", "say another", candidates=like)
+
+
+def _run(words: Sequence[Token], i: int, scene: Scene) -> int:
+    """Where the words that names of the map have end; `i` where something else is said there too."""
+    own = scene.vocabulary(True) | scene.vocabulary(False)
+    end = i
+    while end < len(words) and end - i <= _LONGEST and words[end].word and words[end].number is None:
+        if words[end].text not in own:
+            break
+        end += 1
+    after = words[end] if end < len(words) else None
+    goes_on = after is not None and (after.number is not None or after.text in {"one", "ones", "of", "for", "with"})
+    return i if goes_on else end
+
+
+def _borne(parts: Sequence[Token], scene: Scene) -> bool:
+    """Whether a thing bears these words, or bears some and stands where the others say."""
+    sizes = lexicon().sizes.keys()
+    said = [t.text for t in parts if t.text not in sizes and t.text not in scene.colours]
+    places = {p.id: p for p in scene.places}
+    for o in scene.map.objects:
+        thing = scene[o.id]
+        left = [w for w in said if not scene.fits(thing, w)]
+        around = [places[p] for p in (o.place, *scene.map.containers(o.place)) if p in places] if o.place else []
+        if all(any(w in p.words for p in around) for w in left) and scene.fits(thing, said[-1]):
+            return True
+    return len(said) < 2
+
+
+def _part(words: Sequence[Token], i: int, scene: Scene) -> int:
+    """Where "top drawer" of "the top drawer of the counter" ends; 0 where the map has such a thing, or it is of no
+    place."""
+    end = i
+    while end < len(words) and end - i < 3 and words[end].word and words[end].text != "of":
+        end += 1
+    if end == i or end + 1 >= len(words) or words[end].text != "of":
+        return 0
+    noun, known = words[end - 1], scene.vocabulary(True) | scene.vocabulary(False)
+    forms = set(singulars(noun.text))
+    named = any(m.start in {end + 1, end + 2} and not scene[m.id].movable for m in mentions_in(words, scene))
+    return end if forms & _PARTS and not forms & known and named else 0
+
+
+def unclear_names(words: Sequence[Token], request: str, goals: Sequence[Goal], scene: Scene) -> Iterator[OpenPoint]:
+    """E141 for a place told by a word that the map does not know, of several of its kind, and for "me" where the map
+    has several persons and none is the user; where the goals take one of them."""
+    placed = [g.condition.args[1] for g in goals if g.condition.name == "On" and not g.condition.negated]
+    for parts, ids in (*_places(words, scene), *_persons(words, scene)):
+        taken = [i for i in ids if any(scene.within(p, i) for p in placed)]
+        if len(ids) > 1 and len(taken) == 1:
+            what = "persons" if all(scene[i].person for i in ids) else "places"
+            yield OpenPoint(several(parts, request, ids, taken, what), taken[0])
+
+
+def _places(words: Sequence[Token], scene: Scene) -> Iterator[tuple[Sequence[Token], tuple[str, ...]]]:
+    """ "The bedside locker": an article, a word that nothing says what it means, and a noun of several places."""
+    heads = {parts[-1].text for p in scene.map.places if (parts := _plain(p.name))}
+    known = scene.vocabulary(True) | scene.vocabulary(False) | lexicon().known | _ANY | lexicon().sizes.keys()
+    for i in range(len(words) - 2):
+        told, noun = words[i + 1], words[i + 2]
+        after = words[i + 3] if i + 3 < len(words) else None
+        if (
+            words[i].text not in _OPENING
+            or noun.text not in heads - scene.generic(False)
+            or (after is not None and after.number is not None)
+        ):
+            continue
+        ranks = told.text in lexicon().ordinals or rank_of((told,), 0, 1) is not None
+        if told.word and told.number is None and told.text not in known and not ranks:
+            yield words[i : i + 3], tuple(p.id for p in scene.places if noun.text in p.words)
+
+
+def _persons(words: Sequence[Token], scene: Scene) -> Iterator[tuple[Sequence[Token], tuple[str, ...]]]:
+    """ "Bring me ...", where nobody on the map is the user."""
+    persons = scene.persons
+    said = [t.text for t in words]
+    if len(persons) < 2 or any(p.words & _USER for p in persons):
+        return
+    if any(said[k : k + len(s)] == s for s in _SELF for k in range(len(said))):
+        return  # "this is Ann, bring me ..."
+    if any(not scene[m.id].movable and scene[m.id].person for m in mentions_in(words, scene)):
+        return
+    for i in range(1, len(words)):
+        if said[i] in _ME and said[i - 1] in _GIVING:
+            yield words[i : i + 1], tuple(p.id for p in persons)
+            return

@@ -1,0 +1,55 @@
+"""What a request names in words of the map that nothing there bears, or several do, and the reply takes one for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from llmbt_atl.library import load_library
+from llmbt_compiler.checking.misnamed import misnamed, unclear_names
+from llmbt_compiler.parsing import Goal
+from llmbt_compiler.parsing.model import Extent
+from llmbt_compiler.parsing.scene import Scene
+from llmbt_compiler.parsing.words import tokens
+from llmbt_ir.condition import parse_condition
+from llmbt_ir.scene import load_scene, to_semantic_map
+
+FOLDER = Path(__file__).parents[2] / "fixtures" / "requests" / "scenes"
+
+
+@pytest.fixture(scope="module")
+def ward() -> Scene:
+    scene = load_scene(str(FOLDER / "ward.xml"))
+    return Scene(to_semantic_map(scene), load_library(scene.library))
+
+
+@pytest.mark.parametrize(
+    ("request_", "lacks"),
+    [
+        ("The night pill cup has to be in the night slot.", True),
+        ("Hand gel goes in the top drawer of the nurses' station.", True),
+        ("The noon pill cup has to be in the noon slot.", False),
+        ("The evening cup goes to Mr Brandt.", False),
+        ("Bring the locker mug to the wash stand.", False),  # a mug that stands on a locker
+        ("Put the noon cup back into the pill tray.", False),
+    ],
+)
+def test_a_name_that_nothing_bears(ward: Scene, request_: str, lacks: bool) -> None:
+    assert [d.code for d in misnamed(tokens(request_), request_, ward)] == ["E142"] * lacks
+
+
+@pytest.mark.parametrize(
+    ("request_", "goal", "candidates"),
+    [
+        ("Leave the thermometer on the bedside locker.", "On(thermometer, window_locker)",
+         ("door_locker", "window_locker")),
+        ("Bring me the water bottle.", "On(water_bottle, patient_brandt)", ("patient_brandt", "nurse_adeyemi")),
+        ("Leave the thermometer on the door-side locker.", "On(thermometer, door_locker)", None),
+        ("This is Sister Adeyemi, bring me the water bottle.", "On(water_bottle, nurse_adeyemi)", None),
+    ],
+)  # fmt: skip
+def test_a_name_that_several_bear(ward: Scene, request_: str, goal: str, candidates: tuple[str, ...] | None) -> None:
+    goals = [Goal(parse_condition(goal), 1, "", Extent(0, 0))]
+    found = list(unclear_names(tokens(request_), request_, goals, ward))
+    assert [p.diagnostic.candidates for p in found] == ([candidates] if candidates else [])
