@@ -115,7 +115,7 @@ def conjuncts(parts: Sequence[Token]) -> tuple[tuple[Token, ...], ...]:
     """The phrases that "and" or commas join; a list of numbers stays with its noun ("objects 1, 2 and 4")."""
     out: list[list[Token]] = [[]]
     for i, t in enumerate(parts):
-        noun = 0 < i == len(parts) - 1 and lexicon().is_(parts[i - 1].text, "articles")  # "the well"
+        noun = t.text == "well" and i > 0 and parts[i - 1].text != "as"  # "the left well"
         joint = t.text in {",", "&", "+", ";", "/"} or (lexicon().is_(t.text, "joints") and not noun)
         if not joint:
             out[-1].append(t)

@@ -163,7 +163,7 @@ def _nested(head: Sequence[Token], inner: Sequence[Token], scene: Scene, talk: T
     if d.vacant and (d.ordinal == 1 or d.rank == "bottom"):  # "the first free position on level 2"
         d = replace(d, ordinal=None, rank="")
     if not d.unknown and not d.numbers and not d.all and d.ordinal is None and (d.vacant or generic) and not d.rank:
-        return replace(outer, vague=True)
+        return _part_of(d, outer, scene, talk) or replace(outer, vague=True)
     inside = tuple(e for e in scene.places if any(scene.within(e.id, c) for c in outer.ids) and e.id not in outer.ids)
     found = _places(d, says(head), scene, talk, inside)
     if not isinstance(found, Fault):
@@ -212,6 +212,11 @@ def _places(
     if d.vacant and generic:
         return Found((ANYWHERE,), vague=True)
     base = [e for e in pool if all(scene.fits(e, w) for w in d.texts)]
+    if d.texts and set(d.texts) <= _WHEREABOUTS and len(base) < len(pool):
+        return unknown(d, scene, False, said)  # "to the right" is not the right well, nor "back" the back ring
+    base = [e for e in base if not any(o is not e and scene.within(o.id, e.id) for o in base)] if d.vacant else base
+    if d.vacant and len(base) > 1 and not d.rank and (d.ordinal or 1) == 1:
+        return _vacant(d, base, said, scene, talk)
     if not base or (d.bare and not d.rank):
         return unknown(d, scene, False, said)
     named = [e for e in base if set(d.texts) <= e.stem | {e.type}]
@@ -226,6 +231,34 @@ def _places(
         if len(base) > 1:
             return ambiguous(d, ids_of(base), said)
     return Found(ids_of(base), corrected)
+
+
+def _part_of(d: Description, outer: Found, scene: Scene, talk: Talk) -> Found | None:
+    """ "The empty bay of the rack", in a library without slots: the first of its parts that nothing stands on."""
+    whole = outer.ids[0] if len(outer.ids) == 1 and not scene.single_types else ""
+    parts = [p.id for p in scene.map.inside(whole)] if whole and whole not in {ANYWHERE, ORIGIN} else []
+    taken = {p for p in talk.where.values() if p is not None}
+    fits = [i for i in parts if not scene.map.inside(i) and all(scene.fits(scene[i], w) for w in d.texts)]
+    free = [i for i in fits or parts if i not in taken]
+    return Found(tuple(free[:1])) if free else None
+
+
+_WHEREABOUTS = frozenset({
+    "left", "right", "front", "back", "rear", "middle", "centre", "center", "top", "bottom", "upper", "lower", "inner",
+    "outer", "near", "far", "side", "end", "morning", "noon", "evening", "night",
+})  # fmt: skip
+"""Words that tell one place from another of its kind, or a time, and name none by themselves."""
+
+
+def _vacant(d: Description, base: Sequence[Entity], said: str, scene: Scene, talk: Talk) -> Found | Fault:
+    """ "A free niche", where only some of the places are niches: any of what holds them, or the one that is free."""
+    above = {next(iter(scene.map.containers(e.id)), "") for e in base}
+    whole = above.pop() if len(above) == 1 else ""
+    if whole and {p.id for p in scene.map.inside(whole)} == set(ids_of(base)) and scene.single(base[0].id):
+        return Found((whole,), vague=True)
+    taken = {p for p in talk.where.values() if p is not None}
+    free = [e for e in base if e.id not in taken]
+    return Found((free[0].id,)) if len(free) == 1 else ambiguous(d, ids_of(free or base), said)
 
 
 def _counted(d: Description, pool: Sequence[Entity], scene: Scene) -> Found | None:

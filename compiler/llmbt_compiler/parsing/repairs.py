@@ -56,6 +56,7 @@ _NP = 7
 
 def mended(step: LabelledStep, scene: Scene) -> LabelledStep:
     """The step with the labels that its words bear out."""
+    step = _listed_places(step, scene)
     step = _clear_of(_objects_of(_without_manners(_no_verbs(step, scene)), scene))
     step = _goings(_missed_verbs(step, scene), scene)
     return _subjects(_passives(_participles(_before(step, scene), scene), scene), scene)
@@ -80,6 +81,21 @@ def _objects_of(step: LabelledStep, scene: Scene) -> LabelledStep:
 _CLEAR_OF = re.compile(
     r"\b(?:clear|free|out|away|off)\s+(?:of|from)\s+(?:(?:the|its|their|this|that)\s+)?$", re.IGNORECASE
 )
+
+
+def _listed_places(step: LabelledStep, scene: Scene) -> LabelledStep:
+    """ "... in the test bay, the tool caddy and the damp box": what goes on a list of places by a place's name."""
+    out: list[KeywordSpan] = []
+    for s in step.spans:
+        last = out[-1] if out else None
+        listed = last is not None and last.label is Kind.DESTINATION and s.label is Kind.TARGET
+        gap = [t.text for t in tokens(step.text, last.end, s.start)] if last is not None and listed else []
+        joined = bool(gap) and all(w in {",", "and", "&"} or lexicon().is_(w, "articles") for w in gap)
+        words = tokens(step.text, s.start, s.end) if joined else ()
+        place = bool(words) and len(exactly_named(words, scene.places)) == 1
+        known = isinstance(resolve_objects(words, scene, Talk()), Found) if place else True
+        out.append(s if known else replace(s, label=Kind.DESTINATION))
+    return replace(step, spans=tuple(out))
 
 
 def _clear_of(step: LabelledStep) -> LabelledStep:

@@ -192,8 +192,15 @@ class Scene:
         return self._nouns[movable]
 
     def generic(self, movable: bool) -> frozenset[str]:
-        """The nouns that fit everything of a kind."""
-        return lexicon().objects if movable else lexicon().places
+        """The nouns that fit everything of a kind: of places not those by which only some of the map's go ("niche",
+        where there are bays too)."""
+        return lexicon().objects if movable else self._generic_places
+
+    @cached_property
+    def _generic_places(self) -> frozenset[str]:
+        slots = [e for e in self.places if self.single(e.id)]
+        own = self.vocabulary(False)
+        return frozenset(w for w in lexicon().places if w not in own or all(w in e.words for e in slots))
 
     def understood(self, word: str, movable: bool) -> bool:
         """Whether a word is in the vocabulary, a synonym of one that is, or generic."""

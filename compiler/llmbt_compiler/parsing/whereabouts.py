@@ -34,13 +34,14 @@ _TOLD = tuple(
     for pattern in (
         rf"\bthe\s+same\s+(?P<noun>{_NOUN})\s+(?:as|that)\s+{_THING}(?:\s+(?:is|stands)(?:\s+{_ON})?)?{_END}",
         rf"{_PLACE}(?:that|which|where)?\s*{_THING}\s+{_STANDS}(?:\s+{_ON})?{_END}",
+        rf"\bthe\s+(?P<noun>[a-z]+)\s+where\s+{_THING}\s+{_STANDS}(?:\s+{_ON})?{_END}",  # a noun of the map's own
         rf"{_PLACE}{_ON}\s+which\s+{_THING}\s+{_STANDS}{_END}",
         rf"{_PLACE}(?:that\s+is\s+)?(?:occupied|taken)\s+by\s+{_THING}{_END}",
         rf"\bwhere\s+{_THING}\s+{_STANDS}{_END}",
     )
 )
 _BEFORE = re.compile(
-    rf"\b(?:(?:the\s+)?(?P<noun>{_NOUN})\s+)?(?:where|that|which)\s+{_THING}\s+{_STOOD}(?:\s+{_ON})?"
+    rf"\b(?:(?:the\s+)?(?P<noun>{_NOUN}|(?<=the\s)[a-z]+(?=\s+where))\s+)?(?:where|that|which)\s+{_THING}\s+{_STOOD}(?:\s+{_ON})?"
     rf"(?:\s+(?:before|originally|initially|earlier|previously|at\s+the\s+(?:start|beginning)))*{_END}",
     re.IGNORECASE,
 )

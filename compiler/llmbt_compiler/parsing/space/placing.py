@@ -316,9 +316,11 @@ class Placing(Ranking):
             if container is not None and self.walk.scene.single(container):
                 exact, container = (container, extent.end), None
         free = head is None or vacant or container is not None
-        wanted = Wanted(
-            max(1, len(targets)) if head is None else 1, free, definite and not container, container, targets
-        )
+        scene = self.walk.scene
+        said = {t.text for t in head.parts} if head is not None else set()
+        own = frozenset(said & scene.vocabulary(False) - scene.generic(False)) if not container else frozenset[str]()
+        count = max(1, len(targets)) if head is None else 1
+        wanted = Wanted(count, free, definite and not container, container, targets, own)
         if exact is not None:
             extent = Extent(extent.start, exact[1])
             found = self.world.agrees(relation, marks, exact[0], words)

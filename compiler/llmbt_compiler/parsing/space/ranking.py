@@ -108,7 +108,9 @@ class Ranking(Reading):
                 if self.world.talk.place and not self.walk.scene.single(self.world.talk.place)
                 else None
             )
-        wanted = Wanted(1, vacant, container=inside, targets=self.targets())
+        scene = self.walk.scene
+        own = nouns & scene.vocabulary(False) - scene.generic(False) - _ENDS
+        wanted = Wanted(1, vacant, container=inside, targets=self.targets(), nouns=frozenset(own))
         return self.world.place_ranked(of, wanted, words)
 
     def _slot_words(self) -> frozenset[str]:

@@ -69,13 +69,15 @@ def said(parts: Sequence[Token], text: str) -> str:
 @dataclass(frozen=True, slots=True)
 class Wanted:
     """Places that are looked for: how many, whether only a free one will do (else the very next one is meant, free or
-    not), whether the words speak of exactly one, and within which container."""
+    not), whether the words speak of exactly one, within which container, and by which nouns of the map's own they
+    go."""
 
     count: int = 1
     free: bool = True
     definite: bool = False
     container: str | None = None
     targets: tuple[str, ...] = ()
+    nouns: frozenset[str] = frozenset()
 
 
 @dataclass
@@ -273,7 +275,7 @@ class World:
         if unknown:
             return self._no_position(unknown, words, extent)
         marks = [around[i] for i in landmarks] or [Thing("", 0.0, 0.0, 0.0, 0.0)]
-        slots = self._slots(around, wanted.container)
+        slots = self._slots(around, wanted.container, wanted.nouns)
         apart = {i: t for i, t in slots.items() if all(distance(t, m) > ALIGNED_M for m in marks)}
         fitting = [t for t in apart.values() if self._lies(of.name, t, marks, apart)]
         level = [t for t in fitting if all(abs(t.bottom - m.bottom) <= SAME_HEIGHT_M for m in marks)]
@@ -337,7 +339,7 @@ class World:
             return any(beside(slot, m, slots) for m in marks)
         return all(_TWO[name](slot, m) for m in marks)
 
-    def _slots(self, around: Around, container: str | None) -> dict[str, Thing]:
+    def _slots(self, around: Around, container: str | None, nouns: frozenset[str] = frozenset()) -> dict[str, Thing]:
         """The places with a known position that take single things."""
         inner = {p.id for p in self.scene.map.places if p.parent is not None} - {
             p.parent for p in self.scene.map.places
@@ -349,6 +351,7 @@ class World:
             if (self.scene.single(p.id) or p.id in parts)
             and (t := around.get(p.id)) is not None
             and (container is None or self.scene.within(p.id, container))
+            and all(self.scene.fits(p, w) for w in nouns)
         }
 
     def _taken(self, place: str, targets: Sequence[str]) -> bool:
@@ -369,7 +372,7 @@ class World:
     def place_ranked(self, of: Ranked, wanted: Wanted, phrase: Sequence[Token]) -> Found | Fault:
         """ "The leftmost free position of level 3": among all positions of the container, or the free ones."""
         around = self.around()
-        slots = self._slots(around, wanted.container)
+        slots = self._slots(around, wanted.container, wanted.nouns)
         extent = Extent(phrase[0].start, phrase[-1].end)
         words = said(phrase, self.text)
         if not slots:
