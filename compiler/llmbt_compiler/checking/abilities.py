@@ -69,7 +69,8 @@ def unable(request: str, semantic_map: SemanticMap, library: Library) -> Iterato
             continue
         ordered = _quarter_turn(words, i) or _orders(words, i, known) or _lets(words, i, known) or _state(words, i)
         named = not nouns.isdisjoint(singulars(t.text))
-        ordered = ordered and not (named and t.text in places)  # "bin it", where there is a bin
+        article = i > 0 and words[i - 1].text in _ARTICLES  # "let the sugar and the tin trade places"
+        ordered = ordered and not (named and (t.text in places or article))  # "bin it", where there is a bin
         verb = t.text if ordered else None if named else _done_to_a_thing(words, i, known)
         if verb is not None:
             can = ", ".join(t.name for t in library.templates.values() if t.verbs)

@@ -61,9 +61,12 @@ def too_many(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, lib
     yield from _full(words, line, phrases, goals, scene)
     for begin, end in sentences(words):
         yield from _all_on_single(words, line, begin, end, scene)
+        yield from _all_in_hand(words, line, begin, end, scene)
+        named = _objects(words, begin, end, phrases, scene)
+        if [r.name for r in relations(words[begin:end])] == ["top"]:
+            yield from _stacked(words, line, begin, end, named)
         if {t.text for t in words[begin:end]} & _OTHERWISE or relations(words[begin:end]):
             continue
-        named = _objects(words, begin, end, phrases, scene)
         places = _places(words, begin, end, scene)
         yield from _in_two(words, line, named, places, scene)
         yield from _on_one(words, line, named, places, scene)
@@ -242,6 +245,17 @@ def _all_on_single(words: Sequence[Token], line: str, begin: int, end: int, scen
         yield Diagnostic("E308", title, span_of(words[at:end], line), "too many", "take another place")
 
 
+def _all_in_hand(words: Sequence[Token], line: str, begin: int, end: int, scene: Scene) -> Iterator[Diagnostic]:
+    """ "Pick up both oils and hold them": the hand holds one thing."""
+    said = [t.text for t in words[begin:end]]
+    hold = next((k for k, w in enumerate(said) if w in {"hold", "holding"}), None)
+    if hold is None or lexicon().function["negation"] & set(said) or not _TOGETHER & set(said):
+        return
+    if not any(not scene[m.id].movable for m in mentions_in(words[begin:end], scene)):
+        title = "the hand holds one thing at a time, and the request wants more of them held"
+        yield Diagnostic("E308", title, span_of(words[begin + hold : end], line), "too many", "one after the other")
+
+
 def _on_single(words: Sequence[Token], at: int, end: int, scene: Scene) -> bool:
     """ "(Both) of them onto position 14": a single place right behind what is counted, and no other with it."""
     to = next((k for k in range(at, min(end, at + 5)) if words[k].text in _ONTO), None)
@@ -269,7 +283,8 @@ def _stacked(words: Sequence[Token], line: str, begin: int, end: int, named: Seq
     verb = next((k for k in range(begin, end) if words[k].text in {"stack", "stacked", "pile"}), None)
     for a, b in pairwise(named) if verb is not None else ():
         between = [t.text for t in words[a.end : b.start] if not lexicon().is_(t.text, "articles")]
-        if between in (["on"], ["onto"], ["upon"], ["atop"]) and a.start > (verb or 0) and len(b.ids) == 1:
+        on = between in (["on"], ["onto"], ["upon"], ["atop"], ["on", "top", "of"])
+        if on and a.start > (verb or 0) and len(b.ids) == 1:
             title = f"the request wants a thing on {b.ids[0]}, and things stand on places alone"
             yield Diagnostic("E308", title, span_of(words[a.start : b.end], line), "no place", "name a place")
 

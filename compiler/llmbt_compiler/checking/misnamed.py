@@ -8,9 +8,11 @@ from collections.abc import Iterator, Sequence
 
 from llmbt_compiler.checking.complaints import several
 from llmbt_compiler.checking.points import OpenPoint
+from llmbt_compiler.checking.referring import place_named
 from llmbt_compiler.checking.sentences import span_of
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
+from llmbt_compiler.parsing.places import WHEREABOUTS
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import rank_of
 from llmbt_compiler.parsing.words import Token, lexicon, singulars, tokens
@@ -20,6 +22,8 @@ __all__ = ["misnamed", "unclear_names"]
 
 _OPENING = frozenset({"the", "that", "this", "my", "our", "your", "his", "her", "their"})
 _LONGEST = 5
+_ONTO = frozenset({"in", "into", "on", "onto", "to", "inside"})
+_ENDS = frozenset({"side", "end", "edge", "corner"})
 _PARTS = frozenset({
     "drawer", "shelf", "compartment", "tray", "door", "hook", "bin", "basket", "box", "pocket", "lid", "rail", "hatch",
     "bucket", "cupboard", "cabinet", "bag", "crate", "slot", "bay", "rack",
@@ -58,6 +62,55 @@ def misnamed(words: Sequence[Token], request: str, scene: Scene) -> Iterator[Dia
         part = _part(words, i + 1, scene)
         if part:
             yield _lacking(words[i + 1 : part], request, f"no `{words[part - 1].text}`", ())
+        half = _half_named(words, i, scene)
+        if half:
+            yield _lacking(words[i + 1 : i + 2], request, f"no `{words[i + 1].text}`", half)
+    yield from _nothing_there(words, request, scene)
+    yield from _numbered(words, request, scene)
+
+
+def _half_named(words: Sequence[Token], i: int, scene: Scene) -> tuple[str, ...]:
+    """ "Into the kiln", where there is a kiln trolley: the places of whose names the word is but a part that says what
+    they are for; none where it may be their noun."""
+    if not i or i + 1 >= len(words) or words[i - 1].text not in _ONTO or words[i].text not in _OPENING:
+        return ()
+    word, after = words[i + 1], words[i + 2] if i + 2 < len(words) else None
+    own = scene.vocabulary(False)
+    goes_on = after is not None and (after.number is not None or after.text in own | _ENDS or after.text == "of")
+    if word.text not in own - scene.vocabulary(True) - scene.generic(False) - WHEREABOUTS or goes_on:
+        return ()
+    places = [p for p in scene.map.places if word.text in scene[p.id].words]
+    whole = any(not _before_noun(word.text, p.name) or word.text == p.type or scene[p.id].person for p in places)
+    return () if whole else tuple(p.id for p in places)
+
+
+def _before_noun(word: str, name: str) -> bool:
+    parts = [t.text for t in _plain(name) if len(t.text) > 1]
+    return word in parts[:-1] and word != parts[-1]
+
+
+def _nothing_there(words: Sequence[Token], request: str, scene: Scene) -> Iterator[Diagnostic]:
+    """ "What's in the middle well", where nothing is."""
+    for i, t in enumerate(words[:-3]):
+        k = i + 1 + int(words[i + 1].text == "is")
+        if t.text not in {"what", "whats", "whatever"} or words[k].text not in {"in", "on", "inside"}:
+            continue
+        place, stop = place_named(words, k + 1, scene)
+        if place is not None and not any(scene.within(o.place, place) for o in scene.map.objects):
+            yield _lacking(words[i:stop], request, f"nothing on {place}", ())
+
+
+def _numbered(words: Sequence[Token], request: str, scene: Scene) -> Iterator[Diagnostic]:
+    """ "To table four", where nothing goes by that noun."""
+    known = scene.vocabulary(True) | scene.vocabulary(False) | lexicon().known | lexicon().places | lexicon().objects
+    for i in range(1, len(words) - 1):
+        lead, noun = words[i - 1], words[i]
+        if lead.text not in {"to", "onto", "into"} or words[i + 1].number is None or words[i + 1].text == "one":
+            continue
+        plain = noun.word and noun.number is None and len(noun.text) > 2 and not known & set(singulars(noun.text))
+        near = scene.word(noun, False)
+        if plain and not (near.near or near.text):
+            yield _lacking(words[i : i + 2], request, f"no `{noun.text} {words[i + 1].text}`", ())
 
 
 def _plain(name: str) -> list[Token]:
@@ -122,8 +175,19 @@ def unclear_names(words: Sequence[Token], request: str, goals: Sequence[Goal], s
 
 
 def _places(words: Sequence[Token], scene: Scene) -> Iterator[tuple[Sequence[Token], tuple[str, ...]]]:
-    """ "The bedside locker": an article, a word that nothing says what it means, and a noun of several places."""
+    """ "The bedside locker", "the board": an article, a noun of several places, and no more before it than a word that
+    nothing says what it means."""
     heads = {parts[-1].text for p in scene.map.places if (parts := _plain(p.name))}
+    own = {m.id for m in mentions_in(words, scene)}
+    for i in range(len(words) - 1):
+        noun, after = words[i + 1], words[i + 2] if i + 2 < len(words) else None
+        more = after is not None and (after.number is not None or after.text in scene.vocabulary(False) | {"of", "one"})
+        if words[i].text not in _OPENING or noun.text not in heads - scene.generic(False) or more:
+            continue
+        ids = tuple(p.id for p in scene.map.places if _plain(p.name)[-1:] and _plain(p.name)[-1].text == noun.text)
+        plain = not any(scene.single(i) or scene.map.inside(i) for i in ids)
+        if plain and not own & set(ids):
+            yield words[i : i + 2], ids
     known = scene.vocabulary(True) | scene.vocabulary(False) | lexicon().known | _ANY | lexicon().sizes.keys()
     for i in range(len(words) - 2):
         told, noun = words[i + 1], words[i + 2]

@@ -239,7 +239,9 @@ def _pool(noun: Token, scene: Scene) -> tuple[str, ...]:
         return singles or open_
     if noun.text in _SURFACES:
         return open_ if not singles else ()
-    return tuple(sorted((p.id for p in scene.places if scene.fits(p, noun.text)), key=natural))
+    fits = [p.id for p in scene.places if scene.fits(p, noun.text)]
+    inner = (i for i in fits if not any(o != i and scene.within(o, i) for o in fits))  # of a well's wells the wells
+    return tuple(sorted(inner, key=natural))
 
 
 def _after(read: _Read, words: Sequence[Token], scene: Scene) -> _Read | None:
@@ -252,13 +254,15 @@ def _after(read: _Read, words: Sequence[Token], scene: Scene) -> _Read | None:
             read, at = replace(read, held=held[0], stop=held[1]), held[1]
             continue
         nothing = _nothing(words, begin)
-        while begin < len(words) and words[begin].text in _STANDING and not _relation(words, begin) and not nothing:
+        while begin < len(words) and words[begin].text in _STANDING and not nothing:
+            if _relation(words, begin, scene):
+                break
             begin += 1
             nothing = _nothing(words, begin)
         if nothing:
             read, at = replace(read, vacant=True, stop=nothing), nothing
             continue
-        relation = _relation(words, begin)
+        relation = _relation(words, begin, scene)
         if relation is not None and read.relation is None:
             ids, stop = _marks(words, relation, scene)
             if not ids:
@@ -289,8 +293,11 @@ def _nothing(words: Sequence[Token], at: int) -> int:
     return at + 1 if at < len(words) and lexicon().is_(words[at].text, "vacant") else 0
 
 
-def _relation(words: Sequence[Token], at: int) -> Relation | None:
-    return next((r for r in relations(words) if r.start == at), None)
+def _relation(words: Sequence[Token], at: int, scene: Scene) -> Relation | None:
+    """The relation that begins here; "to the left well" is none."""
+    found = next((r for r in relations(words) if r.start == at), None)
+    bare = found is not None and words[found.end - 1].text in _SIDES and found.end < len(words)
+    return None if found is not None and bare and _noun(words[found.end], scene) else found
 
 
 def _marks(words: Sequence[Token], relation: Relation, scene: Scene) -> tuple[tuple[str, ...], int]:

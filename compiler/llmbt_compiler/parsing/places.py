@@ -28,7 +28,7 @@ from llmbt_compiler.parsing.phrase import Description, conjuncts, describe, spli
 from llmbt_compiler.parsing.scene import Entity, Scene, natural
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["resolve_places"]
+__all__ = ["WHEREABOUTS", "resolve_places"]
 
 
 _OWN = frozenset({"hand", "hands", "side", "lap"})
@@ -212,7 +212,7 @@ def _places(
     if d.vacant and generic:
         return Found((ANYWHERE,), vague=True)
     base = [e for e in pool if all(scene.fits(e, w) for w in d.texts)]
-    if d.texts and set(d.texts) <= _WHEREABOUTS and len(base) < len(pool):
+    if d.texts and set(d.texts) <= WHEREABOUTS and len(base) < len(pool):
         return unknown(d, scene, False, said)  # "to the right" is not the right well, nor "back" the back ring
     base = [e for e in base if not any(o is not e and scene.within(o.id, e.id) for o in base)] if d.vacant else base
     if d.vacant and len(base) > 1 and not d.rank and (d.ordinal or 1) == 1:
@@ -243,7 +243,7 @@ def _part_of(d: Description, outer: Found, scene: Scene, talk: Talk) -> Found | 
     return Found(tuple(free[:1])) if free else None
 
 
-_WHEREABOUTS = frozenset({
+WHEREABOUTS = frozenset({
     "left", "right", "front", "back", "rear", "middle", "centre", "center", "top", "bottom", "upper", "lower", "inner",
     "outer", "near", "far", "side", "end", "morning", "noon", "evening", "night",
 })  # fmt: skip

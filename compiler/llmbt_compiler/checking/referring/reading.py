@@ -39,7 +39,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
     group: tuple[str, ...] = ()
     mentions = mentions_in(words, scene)
     named = {m.end: m.id for m in mentions if scene[m.id].number is not None and scene[m.id].movable}
-    cut = {k for m in mentions if not scene[m.id].movable for k in range(m.start + 1, m.end)}  # "the pill | tray"
+    cut = {k for m in mentions for k in range(m.start + 1, m.end)}  # "the pill | tray"
     for i, t in enumerate(words):
         before |= earlier.get(i, set())
         single |= {named[i]} if i in named else set()

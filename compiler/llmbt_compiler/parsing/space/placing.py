@@ -9,8 +9,9 @@ from llmbt_atl.template import Role
 from llmbt_compiler.keywords.labels import Kind
 from llmbt_compiler.parsing.clauses import Clause, Phrase
 from llmbt_compiler.parsing.model import Extent
-from llmbt_compiler.parsing.names import Fault, Found
+from llmbt_compiler.parsing.names import Fault, Found, Talk
 from llmbt_compiler.parsing.objects import resolve_objects
+from llmbt_compiler.parsing.places import resolve_places
 from llmbt_compiler.parsing.space.expressions import Relation, rank_of, relations
 from llmbt_compiler.parsing.space.ranking import Ranking
 from llmbt_compiler.parsing.space.reading import ONTO, STOPS, name_end, named
@@ -336,7 +337,9 @@ class Placing(Ranking):
         generic = all(
             t.number is None and (not t.word or t.text in scene.generic(False) or _little(t)) for t in head.parts
         )
-        return None if generic else self.walk.quiet_place(replace(head, relation=""))
+        if generic or not isinstance(resolve_places(head.parts, scene, Talk()), Found):
+            return None  # "the berth to the right of berth L" is none of those that were named before
+        return self.walk.quiet_place(replace(head, relation=""))
 
     def there(self, relation: Relation) -> str | None:
         """ "There, next to it": the place spoken of before."""
