@@ -18,10 +18,17 @@ from llmbt_ir.scene import load_scene, to_semantic_map
 FOLDER = Path(__file__).parents[2] / "fixtures" / "requests" / "scenes"
 
 
+def opened(name: str) -> Scene:
+    scene = load_scene(str(FOLDER / f"{name}.xml"))
+    return Scene(to_semantic_map(scene), load_library(scene.library))
+
+
+SCENES = {name: opened(name) for name in ("ward", "larder", "studio", "rooms")}
+
+
 @pytest.fixture(scope="module")
 def ward() -> Scene:
-    scene = load_scene(str(FOLDER / "ward.xml"))
-    return Scene(to_semantic_map(scene), load_library(scene.library))
+    return SCENES["ward"]
 
 
 @pytest.mark.parametrize(
@@ -53,3 +60,27 @@ def test_a_name_that_several_bear(ward: Scene, request_: str, goal: str, candida
     goals = [Goal(parse_condition(goal), 1, "", Extent(0, 0))]
     found = list(unclear_names(tokens(request_), request_, goals, ward))
     assert [p.diagnostic.candidates for p in found] == ([candidates] if candidates else [])
+
+
+@pytest.mark.parametrize(
+    ("name", "request_", "lacks"),
+    [
+        ("larder", "Run the butter out to table four.", True),
+        ("larder", "Run the butter out to niche K3.", False),
+        ("larder", "Bring what's in the middle well out to the pass.", True),
+        ("larder", "Bring what's on the pass to the landing.", False),
+        ("studio", "Load the espresso cup into the kiln.", True),
+        ("studio", "Load the espresso cup into the damp box.", False),
+        ("rooms", "Fetch me the third dagger off the weapons chest.", True),
+        ("rooms", "Fetch me the second dagger off the weapons chest.", False),
+    ],
+)
+def test_a_place_or_a_thing_that_is_not_there(name: str, request_: str, lacks: bool) -> None:
+    assert [d.code for d in misnamed(tokens(request_), request_, SCENES[name])] == ["E142"] * lacks
+
+
+def test_a_noun_of_two_places() -> None:
+    said = "Set the cone tin on the board, it gets fired tonight."
+    goals = [Goal(parse_condition("On(cone_tin, bisque_board)"), 1, "", Extent(0, 0))]
+    (point,) = unclear_names(tokens(said), said, goals, SCENES["studio"])
+    assert point.diagnostic.candidates == ("bisque_board", "glost_board")

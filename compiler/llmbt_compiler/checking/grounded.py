@@ -47,7 +47,10 @@ _ANYTHING = frozenset({
     "thirsty", "contents", "content", "what", "stuff", "lot", "whichever",
 })  # fmt: skip
 _IT = frozenset({"it", "that", "this", "they", "these", "those", "he", "she"})
-_PLACES = frozenset({"place", "spot", "home", "position", "slot", "corner", "shelf", "level"})
+_PLACES = frozenset({
+    "place", "spot", "home", "position", "slot", "corner", "shelf", "level", "bay", "bin", "berth", "cell", "niche",
+    "hook", "stand", "pocket", "compartment", "drawer", "rack", "box",
+})  # fmt: skip
 _EXCHANGE = frozenset({"where", "versa", "places"})
 
 

@@ -12,7 +12,8 @@ from llmbt_compiler.checking.referring import place_named
 from llmbt_compiler.checking.sentences import span_of
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.mentions import mentions_in
-from llmbt_compiler.parsing.places import WHEREABOUTS
+from llmbt_compiler.parsing.names import Fault, Talk
+from llmbt_compiler.parsing.places import USERS, WHEREABOUTS, resolve_places
 from llmbt_compiler.parsing.scene import Scene
 from llmbt_compiler.parsing.space.expressions import rank_of
 from llmbt_compiler.parsing.words import Token, lexicon, singulars, tokens
@@ -35,9 +36,13 @@ _ANY = frozenset({
     "wrong", "opposite", "remaining", "outer", "outermost", "inner", "innermost", "middle", "upper", "lower",
     "top", "bottom", "present", "current", "previous", "former", "latter", "second", "third", "better", "best",
 })  # fmt: skip
+_TELLING = frozenset({
+    "of", "one", "to", "on", "in", "at", "next", "left", "right", "beside", "behind", "that", "which", "where", "with",
+    "nearest", "closest", "between", "above", "below", "near", "by", "under", "over", "without", "holding",
+})  # fmt: skip
+"""Behind a noun: may tell which is meant."""
 _GIVING = frozenset({"bring", "give", "hand", "fetch", "pass", "get", "serve", "grab", "for", "to", "gimme"})
 _ME = frozenset({"me", "us"})
-_USER = frozenset({"user", "operator", "owner"})
 _SELF = (["i", "am"], ["im"], ["this", "is"], ["its"])
 
 
@@ -67,6 +72,19 @@ def misnamed(words: Sequence[Token], request: str, scene: Scene) -> Iterator[Dia
             yield _lacking(words[i + 1 : i + 2], request, f"no `{words[i + 1].text}`", half)
     yield from _nothing_there(words, request, scene)
     yield from _numbered(words, request, scene)
+    yield from _beyond(words, request, scene, heads)
+
+
+def _beyond(words: Sequence[Token], request: str, scene: Scene, heads: set[str]) -> Iterator[Diagnostic]:
+    """ "The third dagger", of two."""
+    for i in range(len(words) - 2):
+        rank, noun = lexicon().ordinals.get(words[i + 1].text, 0), words[i + 2]
+        after = words[i + 3].text if i + 3 < len(words) else ""
+        if words[i].text != "the" or rank < 2 or noun.text not in heads - scene.generic(True) or after in heads:
+            continue
+        like = tuple(e.id for e in scene.objects if scene.fits(e, noun.text))
+        if len(like) < rank:
+            yield _lacking(words[i + 1 : i + 3], request, f"no {words[i + 1].text} `{noun.text}`", like)
 
 
 def _half_named(words: Sequence[Token], i: int, scene: Scene) -> tuple[str, ...]:
@@ -179,15 +197,17 @@ def _places(words: Sequence[Token], scene: Scene) -> Iterator[tuple[Sequence[Tok
     nothing says what it means."""
     heads = {parts[-1].text for p in scene.map.places if (parts := _plain(p.name))}
     own = {m.id for m in mentions_in(words, scene)}
+    nouns = heads - scene.generic(False) - {"level", "shelf"}
     for i in range(len(words) - 1):
-        noun, after = words[i + 1], words[i + 2] if i + 2 < len(words) else None
-        more = after is not None and (after.number is not None or after.text in scene.vocabulary(False) | {"of", "one"})
-        if words[i].text not in _OPENING or noun.text not in heads - scene.generic(False) or more:
+        end = next((k for k in (i + 4, i + 3, i + 2) if k <= len(words) and words[k - 1].text in nouns), 0)
+        after = words[end] if end and end < len(words) else None
+        more = after is not None and (after.number is not None or after.text in scene.vocabulary(False) | _TELLING)
+        if words[i].text not in {"the", "that", "this"} or not end or more:
             continue
-        ids = tuple(p.id for p in scene.map.places if _plain(p.name)[-1:] and _plain(p.name)[-1].text == noun.text)
-        plain = not any(scene.single(i) or scene.map.inside(i) for i in ids)
-        if plain and not own & set(ids):
-            yield words[i : i + 2], ids
+        found = resolve_places(words[i + 1 : end], scene, Talk())
+        ids = found.candidates if isinstance(found, Fault) and found.code == "E304" else ()
+        if ids and not own & set(ids) and not {t.text for t in words[i + 1 : end - 1]} & (_ANY | WHEREABOUTS):
+            yield words[i:end], ids
     known = scene.vocabulary(True) | scene.vocabulary(False) | lexicon().known | _ANY | lexicon().sizes.keys()
     for i in range(len(words) - 2):
         told, noun = words[i + 1], words[i + 2]
@@ -207,7 +227,7 @@ def _persons(words: Sequence[Token], scene: Scene) -> Iterator[tuple[Sequence[To
     """ "Bring me ...", where nobody on the map is the user."""
     persons = scene.persons
     said = [t.text for t in words]
-    if len(persons) < 2 or any(p.words & _USER for p in persons):
+    if len(persons) < 2 or any(p.stem & USERS for p in persons):
         return
     if any(said[k : k + len(s)] == s for s in _SELF for k in range(len(said))):
         return  # "this is Ann, bring me ..."

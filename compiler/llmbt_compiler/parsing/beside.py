@@ -31,6 +31,7 @@ def mentions(parts: Sequence[Token], scene: Scene) -> Iterator[tuple[Token, Toke
     """Where a text spells the id or the name of a thing of the map: the first and the last token of each, the longest
     names first, none in another."""
     names = scene.spelled
+    parts = [t for t in parts if t.text != "-"]  # "the 8-dram vial"
     longest = max((len(n) for n in names), default=0)
     keys = [t.number if t.number is not None else t.text for t in parts]
     i = 0

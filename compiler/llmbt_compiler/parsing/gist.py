@@ -195,6 +195,8 @@ def _in_pairs(
     things, places = _parted(named, scene)
     moved = [i for n in things for i in n.ids]
     turns = [kind for kind, _ in groupby(n.thing for n in named)]
+    if any(scene.within(o.place, p) for o in scene.map.objects if o.id in moved for n in places for p in n.ids):
+        return ()  # "reach for the tea on the table": it is there
     if len(turns) == len(named) == 2 * len(places) and len(things) == len(places) and len(set(moved)) == len(moved):
         pairs = [(a, b) if a.thing else (b, a) for a, b in zip(named[::2], named[1::2], strict=True)]
         if all(b.lead in _GOAL for _, b in pairs) and len(pairs) > 1:

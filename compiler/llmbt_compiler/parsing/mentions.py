@@ -58,6 +58,11 @@ def mentions_in(words: Sequence[Token], scene: Scene) -> tuple[Mention, ...]:
 
 def _named(parts: Sequence[Token], scene: Scene) -> str | None:
     """The thing that just these words name: with a number, or by a name that nothing else has."""
+    inner = [t for t in parts if t.text != "-"]
+    if len(inner) > 1 and "-" not in {parts[0].text, parts[-1].text}:  # "the 8-dram vial", "bin G-M"
+        whole = [e for pool in (scene.objects, scene.places) for e in pool if _spelt(inner) in e.keys]
+        if len(whole) == 1 and (len(inner) < len(parts) or parts[0].number is not None):
+            return whole[0].id
     if any(t.text in _MARKS for t in parts) or parts[0].number is not None:
         return None
     if lexicon().is_(parts[0].text, "articles", "at", "from", "all") or not any(t.word for t in parts):

@@ -28,7 +28,7 @@ from llmbt_compiler.parsing.phrase import Description, conjuncts, describe, spli
 from llmbt_compiler.parsing.scene import Entity, Scene, natural
 from llmbt_compiler.parsing.words import Token, lexicon, tokens
 
-__all__ = ["WHEREABOUTS", "resolve_places"]
+__all__ = ["USERS", "WHEREABOUTS", "resolve_places"]
 
 
 _OWN = frozenset({"hand", "hands", "side", "lap"})
@@ -272,12 +272,19 @@ def _counted(d: Description, pool: Sequence[Entity], scene: Scene) -> Found | No
     return Found((row[int(number) - 1].id,)) if small and alike else None
 
 
+USERS = frozenset({"user", "operator", "owner"})
+"""The person who speaks, where the map has several, by the id."""
+
+
 def _pointed(d: Description, said: str, scene: Scene, talk: Talk) -> Found | Fault:
     """ "there", and "me" or "her" where the map has a person."""
     if d.pronoun in {"me", "him"}:
         people = ids_of(scene.persons)
         if talk.place in people and d.pronoun == "him":
             return Found((str(talk.place),))
+        users = tuple(e.id for e in scene.persons if e.stem & USERS)
+        if d.pronoun == "me" and len(users) == 1:
+            return Found(users)
         if len(people) == 1:
             return Found(people)
         return ambiguous(d, people, said) if people else unknown(d, scene, False, said)
@@ -310,6 +317,18 @@ def _same(d: Description, said: str, scene: Scene, talk: Talk) -> Found | Fault:
 _ALPHABET = "abcdefghijklmnopqrstuvwxyz"
 
 
+def _in_line(base: Sequence[Entity], scene: Scene) -> tuple[str, ...]:
+    """Places that have no numbers in the order of the map, where they lie so along one line; none else."""
+    ids = {e.id for e in base}
+    places = [p for p in scene.map.places if p.id in ids]
+    at = [p.surface_m for p in places if p.surface_m is not None]
+    if len(at) < max(2, len(base)) or any(e.number is not None for e in base):
+        return ()
+    steps = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(at)]
+    straight = any(all(s[k] * steps[0][k] > 0 and abs(s[1 - k]) < abs(s[k]) for s in steps) for k in (0, 1))
+    return tuple(p.id for p in places) if straight else ()
+
+
 def _ranked(
     d: Description, base: list[Entity], scene: Scene, said: str, corrected: tuple[str, ...], *, inside: bool
 ) -> Found | Fault:
@@ -321,6 +340,9 @@ def _ranked(
         "bottom": lambda _: 0,
         "middle": lambda n: n // 2 if n % 2 else None,
     }
+    lined = _in_line(base, scene) if inside and (d.rank == "last" or (d.ordinal is not None and not d.rank)) else ()
+    if lined and (d.ordinal or 1) <= len(lined):
+        return Found((lined[-1 if d.rank else (d.ordinal or 1) - 1],), corrected)
     row = sorted((e for e in base if e.number is not None), key=lambda e: natural(e.id))
     alike = len({e.stem for e in row}) == 1
     letters = sorted((w, e.id) for e in base for w in e.stem if len(w) == 1 and w.isalpha())

@@ -60,7 +60,30 @@ def reworded(step: LabelledStep) -> LabelledStep:
     """The step in plain words, with as many characters."""
     step = _either(_all_but(_that_one(_plain_codes(_its_surface(step)))))
     step = _go_and_wait(_silent(_to_its_place(_coloured(step))))
-    return _vacant(_vacated(_in_parentheses(_seen_to(_resting(step)))))
+    return _vacant(_vacated(_in_parentheses(_seen_to(_resting(_closed_around(step))))))
+
+
+_CLOSED_AROUND = re.compile(
+    r"\b(?P<close>close|shut|tighten)\s+(?:the\s+|its\s+|your\s+)?(?:gripper|hand|fingers?|jaws?|claws?|grip)\s+"
+    r"(?:firmly\s+|gently\s+)?(?:around|about|on|over|onto)\s+(?=\S)",
+    re.IGNORECASE,
+)
+
+
+def _closed_around(step: LabelledStep) -> LabelledStep:
+    """ "Close the gripper around it": grasp it."""
+    m = _CLOSED_AROUND.search(step.text)
+    if m is None:
+        return step
+    a, b = m.span()
+    text = step.text[:a] + "grasp".ljust(b - a) + step.text[b:]
+    kept = [s for s in step.spans if s.end <= a or b <= s.start]
+    what = next((s for s in kept if s.start >= b), None)
+    if what is None or what.label is Kind.ACTION:
+        return step
+    kept = [replace(s, label=Kind.TARGET) if s is what else s for s in kept]
+    kept.append(KeywordSpan(a, a + 5, Kind.ACTION, "grasp"))
+    return replace(step, text=text, spans=tuple(sorted(kept, key=lambda s: s.start)), readings=())
 
 
 _RESTING = re.compile(

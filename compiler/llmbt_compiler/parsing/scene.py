@@ -59,9 +59,11 @@ class Word:
 
 
 def natural(id_: str) -> tuple[tuple[int, int, str], ...]:
-    """A sorting key by which position_9 comes before position_11."""
+    """A sorting key by which position_9 comes before position_11, and act_two before act_three."""
     return tuple(
-        (0, int(t.text), "") if t.text.isascii() and t.digits and len(t.text) < 10 else (1, 0, t.text)
+        (0, int(t.number), "")
+        if t.number is not None and t.number.isascii() and t.number.isdigit() and len(t.number) < 10
+        else (1, 0, t.text)
         for t in tokens(id_)
     )
 
@@ -281,9 +283,10 @@ class Scene:
         return place is not None and place.buffer and self.library.is_a("buffer", type_)
 
     def spots(self, container: str, type_: str) -> tuple[str, ...]:
-        """The places of a type within a container, in the order of their numbers."""
+        """The places of a type within a container, in the order of their numbers; of the map where they have none."""
         found = [p.id for p in self.map.inside(container) if self.is_a(p.id, type_)]
-        return tuple(sorted(found, key=natural))
+        numbered = all(self[i].number is not None for i in found)
+        return tuple(sorted(found, key=natural) if numbered else found)
 
     def buffer(self, type_: str) -> str | None:
         """Where things are put aside."""
