@@ -71,6 +71,7 @@ def test_a_name_that_several_bear(ward: Scene, request_: str, goal: str, candida
         ("larder", "Bring what's on the pass to the landing.", False),
         ("studio", "Load the espresso cup into the kiln.", True),
         ("studio", "Load the espresso cup into the damp box.", False),
+        ("studio", "Load the espresso cup into the damp boxx.", False),  # a slip of the pen
         ("rooms", "Fetch me the third dagger off the weapons chest.", True),
         ("rooms", "Fetch me the second dagger off the weapons chest.", False),
     ],

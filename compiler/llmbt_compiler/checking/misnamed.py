@@ -95,6 +95,7 @@ def _half_named(words: Sequence[Token], i: int, scene: Scene) -> tuple[str, ...]
     word, after = words[i + 1], words[i + 2] if i + 2 < len(words) else None
     own = scene.vocabulary(False)
     goes_on = after is not None and (after.number is not None or after.text in own | _ENDS or after.text == "of")
+    goes_on = goes_on or (after is not None and bool(scene.word(after, False).text))  # "the sorting aera"
     if word.text not in own - scene.vocabulary(True) - scene.generic(False) - WHEREABOUTS or goes_on:
         return ()
     places = [p for p in scene.map.places if word.text in scene[p.id].words]
