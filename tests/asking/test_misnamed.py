@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from llmbt_atl.library import load_library
-from llmbt_compiler.checking.misnamed import misnamed, unclear_names
+from llmbt_compiler.checking.misnamed import misnamed
+from llmbt_compiler.checking.unclear import unclear_names
 from llmbt_compiler.parsing import Goal
 from llmbt_compiler.parsing.model import Extent
 from llmbt_compiler.parsing.scene import Scene

@@ -248,7 +248,8 @@ def _all_on_single(words: Sequence[Token], line: str, begin: int, end: int, scen
 def _all_in_hand(words: Sequence[Token], line: str, begin: int, end: int, scene: Scene) -> Iterator[Diagnostic]:
     """ "Pick up both oils and hold them": the hand holds one thing."""
     said = [t.text for t in words[begin:end]]
-    hold = next((k for k, w in enumerate(said) if w in {"hold", "holding"}), None)
+    last = len(said) - 1
+    hold = next((k for k, w in enumerate(said) if w in {"hold", "holding"} and said[min(k + 1, last)] != "on"), None)
     if hold is None or lexicon().function["negation"] & set(said) or not _TOGETHER & set(said):
         return
     if not any(not scene[m.id].movable for m in mentions_in(words[begin:end], scene)):

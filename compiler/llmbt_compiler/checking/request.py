@@ -17,7 +17,7 @@ from llmbt_compiler.checking.complaints import lacks, several, too_few
 from llmbt_compiler.checking.doubts import doubted
 from llmbt_compiler.checking.enough import not_enough
 from llmbt_compiler.checking.levels import levels_from
-from llmbt_compiler.checking.misnamed import misnamed, unclear_names
+from llmbt_compiler.checking.misnamed import misnamed
 from llmbt_compiler.checking.numbers import is_noun, named_by_number, numbered
 from llmbt_compiler.checking.pairs import half_numbered, the_other
 from llmbt_compiler.checking.passed import passed_over, short_of_all
@@ -26,6 +26,7 @@ from llmbt_compiler.checking.referring import Meant, meant_objects, place_named,
 from llmbt_compiler.checking.sentences import ENDS, one_line, sentence_at, sentences, span_of
 from llmbt_compiler.checking.sides import beside, sideways
 from llmbt_compiler.checking.spots import meant_places
+from llmbt_compiler.checking.unclear import unclear_names
 from llmbt_compiler.parsing import Goal, ParseResult
 from llmbt_compiler.parsing.mentions import mentioned_in, mentions_in
 from llmbt_compiler.parsing.model import Extent
