@@ -39,7 +39,7 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
     group: tuple[str, ...] = ()
     mentions = mentions_in(words, scene)
     named = {m.end: m.id for m in mentions if scene[m.id].number is not None and scene[m.id].movable}
-    cut = {k for m in mentions for k in range(m.start + 1, m.end)}  # "the pill | tray"
+    cut = {k: m for m in mentions for k in range(m.start + 1, m.end)}  # "the pill | tray", "the flour | carton"
     for i, t in enumerate(words):
         before |= earlier.get(i, set())
         single |= {named[i]} if i in named else set()
@@ -68,7 +68,10 @@ def meant_objects(words: Sequence[Token], line: str, scene: Scene) -> Iterator[M
             yield rest
             continue
         end = noun(words, i, scene) if t.text in POINTING | INDEFINITE else 0
-        if end and end not in cut:
+        if end in cut:
+            whole = cut[end]
+            found = Meant(i, whole.end, (whole.id,)) if scene[whole.id].movable and whole.start == i + 1 else None
+        elif end:
             found = compared(words, i + 1, end, line, scene, where)
             if found is not None and found.ids == () and found.stop:
                 yield replace(found, start=i)
