@@ -158,7 +158,7 @@ class _Walker(Ordering):
         told = [d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR]
         plain = (
             identified(step, self.scene)
-            if {"E301", "E304", "E314"} & set(told) and len(step.text) <= _LONGEST
+            if {"E304", "E314"} & set(told) and len(step.text) <= _LONGEST
             else None
         )
         if plain is None:
