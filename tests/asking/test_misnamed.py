@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from llmbt_atl.library import load_library
+from llmbt_compiler.checking import ungrounded
 from llmbt_compiler.checking.misnamed import misnamed
 from llmbt_compiler.checking.unclear import unclear_names
 from llmbt_compiler.parsing import Goal
@@ -86,3 +87,21 @@ def test_a_noun_of_two_places() -> None:
     goals = [Goal(parse_condition("On(cone_tin, bisque_board)"), 1, "", Extent(0, 0))]
     (point,) = unclear_names(tokens(said), said, goals, SCENES["studio"])
     assert point.diagnostic.candidates == ("bisque_board", "glost_board")
+
+
+@pytest.mark.parametrize(
+    ("request_", "asks"),
+    [
+        ("Everything green goes back to the wash stand.", True),
+        ("Pick up the red mug and bring it to Mr Brandt.", True),
+        ("Fetch the red mug, Sister Adeyemi needs it.", True),
+        ("Pick up the red mug.", False),
+        ("Pick up the red mug and wait for me.", False),
+        ("Take the red mug and don't let go of it.", False),
+    ],
+)
+def test_what_is_only_picked_up(ward: Scene, request_: str, asks: bool) -> None:
+    """A reply cut off behind "Pick up the red mug" leaves it in the hand."""
+    goals = [Goal(parse_condition("Holding(red_mug)"), 1, "", Extent(0, 0))]
+    found = [p.diagnostic.code for p in ungrounded(request_, goals, ward.map, ward.library)]
+    assert found == ["E305"] * asks

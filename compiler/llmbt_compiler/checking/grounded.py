@@ -51,6 +51,13 @@ _PLACES = frozenset({
     "place", "spot", "home", "position", "slot", "corner", "shelf", "level", "bay", "bin", "berth", "cell", "niche",
     "hook", "stand", "pocket", "compartment", "drawer", "rack", "box",
 })  # fmt: skip
+_HOLDING = frozenset({"hold", "holding", "held", "keep", "keeping", "gripper", "grip"})
+_HANDING = frozenset({"bring", "give", "hand", "pass", "deliver", "serve", "take", "get", "fetch", "grab", "carry"})
+_IN_HAND = frozenset({("hang", "on"), ("let", "go"), ("your", "hand"), ("the", "hand"), ("in", "hand")})
+_TAKING = frozenset({
+    "pick", "picked", "picking", "lift", "raise", "grab", "grasp", "seize", "clutch", "take", "get", "fetch", "collect",
+    "retrieve",
+})  # fmt: skip
 _EXCHANGE = frozenset({"where", "versa", "places"})
 
 
@@ -146,7 +153,9 @@ class _Request:
 
 
 def ungrounded(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, library: Library) -> Iterator[OpenPoint]:
-    """E142 for each thing that the goals bring somewhere and the request has no word for, E305 for each place."""
+    """E142 for each thing that the goals bring somewhere and the request has no word for, E305 for each place, and for
+    each thing that is only picked up where the request does not ask for that (a reply cut off behind its first words).
+    """
     scene = Scene(semantic_map, library)
     line = one_line(request)
     said = _Request(tokens(line), scene)
@@ -154,6 +163,10 @@ def ungrounded(request: str, goals: Sequence[Goal], semantic_map: SemanticMap, l
     if not said.orders:
         return
     span = span_of(said.words, line)
+    for thing in (g.condition.args[0] for g in goals if g.condition.name == "Holding" and not g.condition.negated):
+        if not _held(said, thing):
+            title = f"where is {thing} to go? the reply only picks it up"
+            yield OpenPoint(Diagnostic("E305", title, span, "no step puts it anywhere", "name the place"), None)
     for thing, place in ((a[0], a[1]) for a in placed):
         if not _thing(said, thing):
             title = f"nothing in the request stands for {thing}, and the reply takes it"
@@ -180,6 +193,16 @@ def _thing(said: _Request, thing: str) -> bool:
     here = said.where.get(thing)
     stands = here is not None and any(said.scene.within(here, p) for p in said.named)
     return said.fitting(thing, generic=True) or (stands and said.clears)
+
+
+def _held(said: _Request, thing: str) -> bool:
+    """Whether the request wants a thing in the hand: it says so, or only to take it, and names nowhere else for it."""
+    if said.texts & _HOLDING or any((a.text, b.text) in _IN_HAND for a, b in pairwise(said.words)):
+        return True
+    here = said.where.get(thing)
+    elsewhere = any(not said.scene[i].movable and not said.scene.within(here, i) for i in said.named)
+    given = said.has("me", "users", "him") and bool(said.scene.persons) and bool(said.texts & _HANDING)
+    return bool(said.texts & _TAKING) and not (elsewhere or given)
 
 
 def _place(said: _Request, thing: str, place: str, wanted: bool) -> bool:

@@ -156,11 +156,7 @@ class _Walker(Ordering):
         before, kept = self.errors(), self.fork()
         walker = self.explained(step)
         told = [d.code for d in walker.diagnostics[len(kept.diagnostics) :] if d.severity is Severity.ERROR]
-        plain = (
-            identified(step, self.scene)
-            if {"E304", "E314"} & set(told) and len(step.text) <= _LONGEST
-            else None
-        )
+        plain = identified(step, self.scene) if {"E304", "E314"} & set(told) and len(step.text) <= _LONGEST else None
         if plain is None:
             return walker
         other = kept.explained(plain)
